@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+/// OpenCL's handles, declared so that no OpenCL header is needed here.
+struct _cl_context;
+struct _cl_command_queue;
+
+namespace holdfast {
+
+struct DeviceInfo {
+  std::string platform;          ///< platform name
+  std::string platform_version;  ///< for example "OpenCL 3.0 PoCL 3.1"
+  std::string name;              ///< device name
+  std::string version;           ///< device's OpenCL version
+  std::string driver;            ///< driver version
+  std::string type;              ///< "cpu", "gpu", "accelerator" or "other"
+  unsigned compute_units = 0;
+  int platform_index = 0;
+  int device_index = 0;  ///< within its platform
+  bool usable = true;    ///< false where the device lacks what Holdfast needs
+  std::string reason;    ///< why it is not usable, or why it was chosen
+};
+
+/// How kernels divide their work (results agree within the tolerance in docs/architecture.md).
+enum class Partition {
+  automatic,  ///< strips on CPU devices, groups elsewhere
+  strips,     ///< one work-item a tile, wide explicit vectors, private sums
+  groups,     ///< one work-group a tile, a local-memory tree
+};
+
+struct DeviceOptions {
+  /// "cpu", "gpu", "P:D" (platform and device index), or a part of the platform's or device's name, any case.
+  /// Empty: the environment variable HOLDFAST_DEVICE, else a CPU device, else the first that is usable.
+  std::string device;
+  Partition partition = Partition::automatic;
+  /// Folder of compiled kernels; empty: HOLDFAST_CACHE_DIR, else XDG_CACHE_HOME/holdfast, else ~/.cache/holdfast. A
+  /// folder that cannot be written costs compiling again, nothing else.
+  std::filesystem::path cache_folder;
+};
+
+/// An OpenCL device with context, in-order queue and Holdfast's compiled kernels. Copies share them.
+class Device {
+ public:
+  /// Throws Error(device) when there is no usable device or the wanted one is missing; the message lists what there is.
+  explicit Device(const DeviceOptions& options = {});
+
+  /// Works on a caller's context and in-order queue; both are retained for as long as Holdfast uses them.
+  Device(_cl_context* context, _cl_command_queue* queue, const DeviceOptions& options = {});
+
+  const DeviceInfo& info() const;
+
+  /// Every device of every platform, usable or not; empty when no OpenCL platform is installed. Never throws.
+  static std::vector<DeviceInfo> list();
+
+  struct Impl;
+  Impl& impl() const { return *impl_; }
+
+ private:
+  std::shared_ptr<Impl> impl_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace holdfast {
+
+/// RGBA image, rows from the top (v = 1) down. Alpha 0 marks surface that was never seen: it is drawn (it hides what
+/// lies behind it) but gives no constraints.
+struct Texture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> rgba;  ///< width * height * 4 bytes
+  bool empty() const { return rgba.empty(); }
+};
+
+/// What covers a set of triangles. Without texture and without vertex colours a surface gives no constraints.
+struct Material {
+  std::string name;
+  Texture texture;
+};
+
+/// Triangle mesh, metres, object frame.
+struct Mesh {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector2f> texture_coordinates;     ///< empty, or one a vertex; OpenGL's convention, v upwards
+  std::vector<std::array<std::uint8_t, 4>> colors;      ///< empty, or one RGBA a vertex; used where there is no texture
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< vertex indices
+  std::vector<std::uint32_t> triangle_materials;        ///< empty (all of material 0), or one index a triangle
+  std::vector<Material> materials;                      ///< may be empty: no textures
+
+  /// Centre of the axis-aligned bounding box, metres.
+  Eigen::Vector3d center() const;
+  /// Largest distance of a vertex from center(), metres.
+  double radius() const;
+  /// True when at least one triangle has a texture or vertex colours.
+  bool has_appearance() const;
+
+  /// Throws Error(model) for no triangles, NaN or infinite coordinates, indices out of range, sizes that do not match,
+  /// or a mesh of no extent.
+  void validate() const;
+};
+
+}  // namespace holdfast

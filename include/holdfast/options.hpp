@@ -1,0 +1,51 @@
+#pragma once
+
+namespace holdfast {
+
+/// The tests of one pixel's gradients (paper, equations 5 to 7; docs/math.md, equations 7 to 10).
+struct OcclusionOptions {
+  bool gradient_test = true;           ///< test (5)
+  bool angle_test = true;              ///< test (6)
+  bool magnitude_test = true;          ///< test (7)
+  bool block_vote = true;              ///< most gradient pixels of the 9x9 neighbourhood must have passed
+  bool all_channels = false;           ///< test (5) asks all channels for a gradient, not any
+  bool compare_magnitudes = false;     ///< test (7) compares lengths, not vectors
+  double gradient_minimum = 0.00992;   ///< t_gm as a magnitude: intensity in [0, 1] a pixel; paper: sqrt(98.4e-6)
+  double angle_maximum = 0.4503;       ///< t_theta, radians; paper: 25.8 degrees
+  double difference_maximum = 0.0392;  ///< t_md, intensity a pixel; paper: 39.2e-3
+  double vote_share = 0.7;             ///< of the neighbourhood's gradient pixels
+};
+
+enum class Mode {
+  standard,  ///< "default": iterated, robust, coarse to fine, photometric compensation
+  paper,     ///< one render, one solve, as de Ruiter and Benhabib (2008)
+};
+
+struct TrackerOptions {
+  Mode mode = Mode::standard;
+  OcclusionOptions occlusion;
+  bool redundancy = false;          ///< drop channels whose gradient repeats the strongest one's direction
+  double redundancy_cosine = 0.9;   ///< |cos| above which a channel repeats another
+  double blur_sigma = 1.0;          ///< Gaussian of both images, pixels of the level
+  int silhouette_margin = 2;        ///< most pixels dropped at silhouette and depth jumps; thin objects lose fewer
+  double depth_jump = 0.02;         ///< relative depth step that counts as a jump
+  int levels = 4;                   ///< most pyramid levels; small objects use fewer
+  int finest_level = 0;             ///< 0: full resolution; 1: half
+  int iterations = 5;               ///< most solved systems a level
+  bool robust_weights = true;       ///< Student-t weights on what passes the tests
+  bool photometric = true;          ///< gain and bias a channel, global and a tile
+  bool mean_gradient = true;        ///< rows from the mean of rendered and frame gradients; false: rendered only
+  bool predict_velocity = true;     ///< constant-velocity hypothesis beside no motion
+  bool correlation_search = true;   ///< shift search on the coarsest level
+  int search_radius = 32;           ///< of the shift search, pixels of the full frame
+  double lost_correlation = 0.5;    ///< below: lost
+  double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost
+
+  /// The paper's own mode: thresholds and tests as published, one solve a frame.
+  static TrackerOptions paper();
+
+  /// Throws Error(invalid_argument) naming the field that is out of range.
+  void validate() const;
+};
+
+}  // namespace holdfast

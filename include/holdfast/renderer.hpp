@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "holdfast/camera.hpp"
+#include "holdfast/image_view.hpp"
+#include "holdfast/mesh.hpp"
+#include "holdfast/pose.hpp"
+
+namespace holdfast {
+
+/// Where render() puts a view: host memory of the caller, at least roi.height rows.
+struct RenderTarget {
+  std::uint8_t* rgba = nullptr;  ///< 4 bytes a pixel; alpha is 255 where the surface has a known texture or colour
+  float* depth = nullptr;        ///< window depth, 1 where nothing was drawn; see DepthRange
+  int stride = 0;                ///< pixels from a row to the next, of both buffers; 0: roi.width
+};
+
+/// Turns window depth d into metric depth: Z = near far / (far - d (far - near)) (equation 2 in docs/math.md).
+struct DepthRange {
+  double near_plane = 0;  ///< metres
+  double far_plane = 0;   ///< metres
+};
+
+/// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
+/// thread at a time, any thread.
+class Renderer {
+ public:
+  /// `max_width` x `max_height`: the largest region that render() will be asked for, pixels.
+  /// Throws Error(renderer) when OSMesa is missing or does not draw, Error(model) for a mesh that cannot be drawn.
+  Renderer(const Mesh& mesh, int max_width, int max_height);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// Draws the pixels `roi` (may reach outside the camera's frame) of the view at `T_camera_object`; rows from the top
+  /// down; lens distortion is not drawn. Textures are filtered linearly within mipmaps, nearest between them.
+  /// Returns the depth range of this view. When the object is not in front of the camera nothing is drawn.
+  DepthRange render(const Pose& T_camera_object, const Camera& camera, const Rect& roi, const RenderTarget& target);
+
+  /// Replaces the texture of a material (same or another size) without touching the mesh.
+  /// Throws Error(invalid_argument) for an index out of range or a texture whose size and bytes do not match.
+  void set_texture(std::size_t material, const Texture& texture);
+
+  /// GL_RENDERER, GL_VERSION of the context, for reports.
+  std::string description() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace holdfast
