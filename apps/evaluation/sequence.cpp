@@ -121,10 +121,7 @@ void complete_camera(Sequence& sequence) {
 
 void load_plain(Sequence& sequence) {
   const fs::path truth_file = sequence.folder / "poses_gt.txt";
-  int line = 0;
-  for (const Pose& pose : io::load_poses(truth_file)) {
-    sequence.truth.push_back(checked(pose, truth_file, fmt::format("pose {}", line++)));
-  }
+  sequence.truth = io::load_poses(truth_file);
   const fs::path frames = sequence.folder / "frames";
   if (fs::is_directory(frames)) {
     sequence.frames = images_in(frames);
@@ -399,8 +396,7 @@ EstimatedPoses load_estimated_poses(const fs::path& file) {
   } else {
     int frame = 0;
     for (const Pose& pose : io::load_poses(file)) {
-      out.entries.push_back({frame, checked(pose, file, fmt::format("pose {}", frame)), true, 0});
-      ++frame;
+      out.entries.push_back({frame++, pose, true, 0});
     }
   }
   if (out.entries.empty()) {
