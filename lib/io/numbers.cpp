@@ -1,0 +1,61 @@
+#include "io/numbers.hpp"
+
+#include <charconv>
+#include <string_view>
+
+namespace holdfast::io {
+namespace {
+
+constexpr std::string_view kSeparators = " \t\r\v\f,;[](){}";
+
+std::optional<double> parse_number(std::string_view word) {
+  if (word.starts_with('+')) {
+    word.remove_prefix(1);
+  }
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+}  // namespace
+
+std::optional<std::vector<NumberLine>> parse_numbers(const std::string& text, int* bad_line, std::string* bad_word) {
+  std::vector<NumberLine> lines;
+  int line_number = 0;
+  for (std::size_t start = 0; start < text.size();) {
+    const std::size_t end = std::min(text.find('\n', start), text.size());
+    std::string_view line = std::string_view(text).substr(start, end - start);
+    start = end + 1;
+    NumberLine numbers{++line_number, {}};
+    line = line.substr(0, line.find('#'));
+    while (true) {
+      const std::size_t first = line.find_first_not_of(kSeparators);
+      if (first == std::string_view::npos) {
+        break;
+      }
+      line.remove_prefix(first);
+      const std::string_view word = line.substr(0, line.find_first_of(kSeparators));
+      line.remove_prefix(word.size());
+      const std::optional<double> value = parse_number(word);
+      if (!value) {
+        if (bad_line != nullptr) {
+          *bad_line = line_number;
+        }
+        if (bad_word != nullptr) {
+          *bad_word = std::string(word.substr(0, 40));
+        }
+        return std::nullopt;
+      }
+      numbers.values.push_back(*value);
+    }
+    if (!numbers.values.empty()) {
+      lines.push_back(std::move(numbers));
+    }
+  }
+  return lines;
+}
+
+}  // namespace holdfast::io

@@ -1,0 +1,80 @@
+#include "io/texture_file.hpp"
+
+#include <fmt/format.h>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+#include "io/text_file.hpp"
+
+namespace holdfast::io {
+
+Texture texture_from_image(const cv::Mat& image, const std::string& name) {
+  cv::Mat bytes;
+  if (image.depth() == CV_8U) {
+    bytes = image;
+  } else if (image.depth() == CV_16U) {
+    image.convertTo(bytes, CV_8U, 1.0 / 257.0);
+  } else {
+    throw Error(ErrorCode::file,
+                fmt::format("image '{}' holds neither 8 nor 16 bit integers: convert it to PNG or JPEG", name));
+  }
+  Texture texture{image.cols, image.rows, std::vector<std::uint8_t>(image.total() * 4)};
+  cv::Mat rgba(image.rows, image.cols, CV_8UC4, texture.rgba.data());
+  switch (bytes.channels()) {
+    case 1:
+      cv::cvtColor(bytes, rgba, cv::COLOR_GRAY2RGBA);
+      break;
+    case 2: {
+      const int grey_grey_grey_alpha[] = {0, 0, 0, 1, 0, 2, 1, 3};
+      cv::mixChannels(&bytes, 1, &rgba, 1, grey_grey_grey_alpha, 4);
+      break;
+    }
+    case 3:
+      cv::cvtColor(bytes, rgba, cv::COLOR_BGR2RGBA);
+      break;
+    case 4:
+      cv::cvtColor(bytes, rgba, cv::COLOR_BGRA2RGBA);
+      break;
+    default:
+      throw Error(ErrorCode::file, fmt::format("image '{}' has {} channels: save it with 1 to 4 (grey, RGB or RGBA)",
+                                               name, bytes.channels()));
+  }
+  return texture;
+}
+
+Texture decode_texture(const void* bytes, std::size_t size, const std::string& name) {
+  cv::Mat image;
+  try {
+    const cv::Mat encoded(1, static_cast<int>(size), CV_8U, const_cast<void*>(bytes));
+    if (size > 0) {
+      image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+    }
+  } catch (const cv::Exception&) {
+    image.release();  // said below, in one line
+  }
+  if (image.empty()) {
+    throw Error(ErrorCode::file, fmt::format("image '{}' cannot be decoded: is it a complete PNG or JPEG file?", name));
+  }
+  return texture_from_image(image, name);
+}
+
+Texture load_texture(const std::filesystem::path& path) {
+  const std::string bytes = read_text_file(path, "image");
+  return decode_texture(bytes.data(), bytes.size(), path.string());
+}
+
+void save_texture(const std::filesystem::path& path, const Texture& texture) {
+  cv::Mat bgra;
+  const cv::Mat rgba(texture.height, texture.width, CV_8UC4, const_cast<std::uint8_t*>(texture.rgba.data()));
+  cv::cvtColor(rgba, bgra, cv::COLOR_RGBA2BGRA);
+  std::vector<std::uint8_t> encoded;
+  if (!cv::imencode(".png", bgra, encoded)) {
+    throw Error(ErrorCode::file, fmt::format("'{}' cannot be encoded as PNG", path.string()));
+  }
+  write_text_file(path, std::string(encoded.begin(), encoded.end()));
+}
+
+}  // namespace holdfast::io

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "holdfast/io.hpp"
+
+namespace holdfast::io {
+namespace {
+
+constexpr double kSmallest = 1e-3;  // metres
+constexpr double kLargest = 10;     // metres
+/// Objects worth tracking are about as long as a hand to an arm; of several possible units the likely one is that which
+/// brings the size nearest to this.
+constexpr double kTypical = 0.2;  // metres
+/// A picture's width to the object's apparent size. A thousandfold error is out of this range whatever the framing.
+constexpr double kApparentSmallest = 1.0 / 300;
+constexpr double kApparentLargest = 30;
+
+struct Unit {
+  const char* name;
+  double metres;
+};
+
+constexpr Unit kSmallUnits[] = {{"centimetres", 1e-2}, {"millimetres", 1e-3}, {"micrometres", 1e-6}};
+
+/// Largest side of the axis-aligned bounding box.
+double extent(const Mesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& position : mesh.positions) {
+    box.extend(position.cast<double>());
+  }
+  return box.isEmpty() ? 0 : box.sizes().maxCoeff();
+}
+
+Unit likely_unit(double size) {
+  return *std::min_element(std::begin(kSmallUnits), std::end(kSmallUnits), [size](const Unit& a, const Unit& b) {
+    return std::abs(std::log(size * a.metres / kTypical)) < std::abs(std::log(size * b.metres / kTypical));
+  });
+}
+
+}  // namespace
+
+std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
+                                        const std::optional<Camera>& camera) {
+  const double size = extent(mesh);
+  if (!(size > 0)) {
+    return std::nullopt;
+  }
+  if (size > kLargest) {
+    const Unit unit = likely_unit(size);
+    return fmt::format("the object is {:.3g} m across: are its coordinates {}? pass --model-scale {:.6g}", size,
+                       unit.name, unit.metres);
+  }
+  if (size < kSmallest) {
+    return fmt::format(
+        "the object is {:.3g} mm across: was it in metres already when a scale was applied, or are its coordinates "
+        "kilometres? multiply --model-scale by 1000",
+        size * 1e3);
+  }
+  if (!T_camera_object || !camera) {
+    return std::nullopt;
+  }
+  const double distance = (*T_camera_object * mesh.center()).z();
+  const double picture = std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx});
+  if (!(distance > 0) || !(picture > 0)) {
+    return std::nullopt;
+  }
+  const double apparent = std::max(camera->fx, camera->fy) * size / distance / picture;
+  if (apparent < kApparentSmallest) {
+    return fmt::format(
+        "the object is {:.3g} m across but {:.4g} m away, too small to see: are the pose's translations millimetres "
+        "(divide them by 1000), or was the model scaled twice?",
+        size, distance);
+  }
+  if (apparent > kApparentLargest) {
+    return fmt::format(
+        "the object is {:.3g} m across but only {:.3g} m away, {:.0f} times as wide as the picture: are its "
+        "coordinates millimetres? pass --model-scale 0.001",
+        size, distance, apparent);
+  }
+  return std::nullopt;
+}
+
+}  // namespace holdfast::io
