@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-/// Where render() puts a view: host memory of the caller, at least roi.height rows.
+/// Where render() puts a view: host memory of the caller, at least roi.height rows. A null pointer: not wanted.
 struct RenderTarget {
   std::uint8_t* rgba = nullptr;  ///< 4 bytes a pixel; alpha is 255 where the surface has a known texture or colour
   float* depth = nullptr;        ///< window depth, 1 where nothing was drawn; see DepthRange
@@ -39,10 +39,13 @@ class Renderer {
   /// Draws the pixels `roi` (may reach outside the camera's frame) of the view at `T_camera_object`; rows from the top
   /// down; lens distortion is not drawn. Textures are filtered linearly within mipmaps, nearest between them.
   /// Returns the depth range of this view. When the object is not in front of the camera nothing is drawn.
+  /// Throws Error(invalid_argument) for a region that is empty, larger than the maximum or wider than the stride,
+  /// Error(pose) for a pose that is not finite, Error(renderer) when OSMesa fails.
   DepthRange render(const Pose& T_camera_object, const Camera& camera, const Rect& roi, const RenderTarget& target);
 
   /// Replaces the texture of a material (same or another size) without touching the mesh.
-  /// Throws Error(invalid_argument) for an index out of range or a texture whose size and bytes do not match.
+  /// Throws Error(invalid_argument) for an index out of range, a texture whose size and bytes do not match or a mesh
+  /// without texture coordinates, Error(model) for a texture larger than OSMesa takes.
   void set_texture(std::size_t material, const Texture& texture);
 
   /// GL_RENDERER, GL_VERSION of the context, for reports.

@@ -1,0 +1,30 @@
+#include "evaluation/holdfast_run.hpp"
+
+#include <fmt/core.h>
+
+#include <chrono>
+#include <opencv2/imgcodecs.hpp>
+
+#include "holdfast/error.hpp"
+
+namespace holdfast::evaluation {
+
+TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
+  TrackerUnderTest out;
+  out.reset = [&tracker](const Pose& T_camera_object) { tracker.reset(T_camera_object); };
+  out.track = [&tracker, &sequence](int frame) {
+    const std::filesystem::path& path = sequence.frames.at(static_cast<std::size_t>(frame));
+    const cv::Mat image = cv::imread(path.string(), cv::IMREAD_COLOR);
+    if (image.empty()) {
+      throw Error(ErrorCode::file, fmt::format("{}: not a readable image", path.string()));
+    }
+    const ImageView view{image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
+    const auto before = std::chrono::steady_clock::now();
+    FrameResult result = tracker.track(view);
+    result.ms.total = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
+    return result;
+  };
+  return out;
+}
+
+}  // namespace holdfast::evaluation

@@ -1,0 +1,14 @@
+#pragma once
+
+#include "evaluation/protocol.hpp"
+#include "evaluation/sequence.hpp"
+#include "holdfast/tracker.hpp"
+
+namespace holdfast::evaluation {
+
+/// Holdfast's tracker fed with a sequence's images, one a call, loaded when asked for. `ms.total` of the answers is
+/// wall time around Tracker::track. Both arguments must outlive the result. Asking for an image that cannot be read
+/// throws Error(file).
+TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence);
+
+}  // namespace holdfast::evaluation

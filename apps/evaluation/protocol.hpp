@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "evaluation/pose_error.hpp"
+#include "holdfast/tracker.hpp"
+
+namespace holdfast::evaluation {
+
+/// What a protocol needs of a tracker; any will do.
+struct TrackerUnderTest {
+  /// The object is at this pose; forget everything else. May throw Error(pose) where the pose cannot be started from.
+  std::function<void(const Pose& T_camera_object)> reset;
+  /// Where is it in the frame of this index? `ms.total` of the answer is what the frame cost.
+  std::function<FrameResult(int frame)> track;
+};
+
+enum class Protocol {
+  never_reset,  ///< starts at the first frame's true pose, is asked for that frame too, and left alone
+  rbot,  ///< starts at the first frame's true pose, is asked from the next one on, and put back to the truth after
+         ///< every frame that fails
+};
+
+struct ProtocolOptions {
+  Protocol protocol = Protocol::never_reset;
+  int step = 1;                                     ///< every step-th frame
+  int offset = 0;                                   ///< the first of them
+  Tolerance failure = tolerance_mm_deg(50.0, 5.0);  ///< a frame beyond this fails
+  double minimum_visible = 0;  ///< frames with a smaller visible share count neither way and bring no reset
+  /// Whenever the tracker is put to a true pose in the rbot protocol it is shown that very frame (not counted), as
+  /// trackers are that learn from the image they start on.
+  bool show_start_frame = false;
+};
+
+/// One frame that the tracker was asked for.
+struct FrameRecord {
+  int frame = 0;
+  int step = 1;
+  int offset = 0;
+  Pose T_camera_object_true = Pose::Identity();
+  FrameResult result;  ///< result.ms.total: wall time of tracking without loading the image; 0 where unknown
+  PoseError error;
+  double visible = 1;   ///< visible share of the object's silhouette
+  bool counted = true;  ///< visible enough
+  bool failed = false;  ///< beyond ProtocolOptions::failure; never where not counted
+  double add = -1;      ///< metres, see ModelPoints; negative: not computed
+  double add_s = -1;    ///< metres
+};
+
+/// Runs one tracker over one sequence. `truth` holds a pose a frame, `visible` a share a frame or nothing (all
+/// visible). Throws Error(invalid_argument) for a step or offset that leaves no frame, or sizes that differ.
+std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<const double> visible,
+                                      const TrackerUnderTest& tracker, const ProtocolOptions& options);
+
+}  // namespace holdfast::evaluation

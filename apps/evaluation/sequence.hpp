@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "holdfast/camera.hpp"
+#include "holdfast/pose.hpp"
+
+namespace holdfast::evaluation {
+
+/// A recorded sequence with ground truth.
+struct Sequence {
+  std::string name;                           ///< the folder's name
+  std::filesystem::path folder;               ///< as given
+  std::vector<std::filesystem::path> frames;  ///< image files in order; empty where the folder has none
+  std::vector<Pose> truth;                    ///< T_camera_object, one a frame
+  std::vector<double> visible;                ///< visible share of the silhouette, one a frame; empty: not known
+  Camera camera;                              ///< of the frames; size 0 where there are no frames
+  double model_scale = 1;                     ///< turns the unit of the models that belong to this format into metres
+};
+
+/// Reads a folder of either layout:
+/// - frames/ (images in the order of their names), K.txt or camera.yml/.yaml/.json/.xml, poses_gt.txt (a line a frame,
+///   metres) and, where known, visible.txt (a share a line);
+/// - a BOP scene: scene_camera.json, scene_gt.json, rgb/ or gray/, scene_gt_info.json where there is one (millimetres,
+///   turned into metres here). `bop_object` picks the object; without it the scene must hold one object only.
+/// Throws Error(file), Error(pose), Error(camera) or Error(image): one line that names the file.
+Sequence load_sequence(const std::filesystem::path& folder, std::optional<int> bop_object = std::nullopt);
+
+/// Poses as a program wrote them: the table of `holdfast track` (columns frame, status, tx ty tz qx qy qz qw), or text
+/// with a pose a line (12 or 16 numbers, or TUM).
+struct EstimatedPoses {
+  struct Entry {
+    int frame = 0;
+    Pose T_camera_object = Pose::Identity();
+    bool held = true;
+    double ms = 0;  ///< 0 where not known
+  };
+  std::vector<Entry> entries;  ///< by rising frame
+};
+
+/// Throws Error(file) or Error(pose).
+EstimatedPoses load_estimated_poses(const std::filesystem::path& file);
+
+}  // namespace holdfast::evaluation
