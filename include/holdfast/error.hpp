@@ -14,7 +14,8 @@ enum class ErrorCode {
   image,             ///< a frame has the wrong size, format or memory
   device,            ///< no OpenCL device, or a call to it failed
   renderer,          ///< OSMesa cannot be loaded or does not render
-  file,              ///< a file cannot be read or written
+  file,              ///< an input file is missing or cannot be read
+  output,            ///< a file cannot be written
 };
 
 /// The one exception of the library: misuse and failure. The message says what was wrong, where, and what to do.

@@ -18,7 +18,8 @@ namespace holdfast::io {
 /// file's unit into metres. Throws Error(file) or Error(model).
 Mesh load_model(const std::filesystem::path& path, double scale = 1.0);
 
-/// Writes OBJ, MTL and one PNG a textured material (alpha kept), side by side. Throws Error(file).
+/// Writes OBJ, MTL and one PNG a textured material (alpha kept), side by side. Throws Error(output), and
+/// Error(invalid_argument) when the name does not end in .obj.
 void save_model(const std::filesystem::path& path, const Mesh& mesh);
 
 /// A warning naming the likely unit when the object is under 1 mm or over 10 m, or when, seen at this pose, it is about
@@ -30,7 +31,8 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
 /// width and height stay 0. Throws Error(file) or Error(camera).
 Camera load_camera(const std::filesystem::path& path);
 
-/// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(file).
+/// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output), and
+/// Error(invalid_argument) for another extension.
 void save_camera(const std::filesystem::path& path, const Camera& camera);
 
 /// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
@@ -44,7 +46,7 @@ Pose load_pose(const std::filesystem::path& path);
 /// All poses of a file, one a line (12 or 16 numbers, or TUM's 8).
 std::vector<Pose> load_poses(const std::filesystem::path& path);
 
-/// Writes a 4x4 matrix as text. Throws Error(file).
+/// Writes a 4x4 matrix as text. Throws Error(output).
 void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 
 /// An image file as RGBA; throws Error(file).

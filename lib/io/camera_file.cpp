@@ -214,9 +214,10 @@ Camera load_camera(const fs::path& path) {
 void save_camera(const fs::path& path, const Camera& camera) {
   const std::string extension = path.extension().string();
   if (extension != ".yml" && extension != ".yaml" && extension != ".json" && extension != ".xml") {
-    throw Error(ErrorCode::file, fmt::format("camera file '{}' cannot be written: give a name ending in .yml, .json or "
-                                             ".xml",
-                                             path.string()));
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("camera file '{}' cannot be written: give a name ending in .yml, .json or "
+                            ".xml",
+                            path.string()));
   }
   cv::FileStorage storage(extension, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);

@@ -53,14 +53,15 @@ void save_model(const fs::path& path, const Mesh& mesh) {
   mesh.validate();
   if (path.extension() != ".obj") {
     throw Error(
-        ErrorCode::file,
+        ErrorCode::invalid_argument,
         fmt::format("'{}' cannot be written: models are saved as OBJ, give a name ending in .obj", path.string()));
   }
   for (const auto& color : mesh.colors) {
     if (color[3] != 255) {
-      throw Error(ErrorCode::file, fmt::format("'{}' cannot be written: OBJ cannot hold vertex colours with alpha, use "
-                                               "a texture to mark unseen surface",
-                                               path.string()));
+      throw Error(ErrorCode::invalid_argument,
+                  fmt::format("'{}' cannot be written: OBJ cannot hold vertex colours with alpha, use "
+                              "a texture to mark unseen surface",
+                              path.string()));
     }
   }
   const std::string stem = without_blanks(path.stem().string());

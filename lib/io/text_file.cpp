@@ -62,7 +62,7 @@ void write_text_file(const fs::path& path, const std::string& text) {
     if (replaceable) {
       fs::remove(written, error);
     }
-    throw Error(ErrorCode::file,
+    throw Error(ErrorCode::output,
                 fmt::format("'{}' cannot be written ({}): check that its folder exists and is writable", path.string(),
                             reason));
   }

@@ -12,7 +12,7 @@ std::string read_text_file(const std::filesystem::path& path, const std::string&
 /// Throws Error(file) when there is no regular file at `path`; `what` as above.
 void require_file(const std::filesystem::path& path, const std::string& what);
 
-/// Writes a file whole or not at all: a neighbour is written first and then renamed. Throws Error(file).
+/// Writes a file whole or not at all: a neighbour is written first and then renamed. Throws Error(output).
 void write_text_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace holdfast::io

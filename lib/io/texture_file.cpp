@@ -72,7 +72,7 @@ void save_texture(const std::filesystem::path& path, const Texture& texture) {
   cv::cvtColor(rgba, bgra, cv::COLOR_RGBA2BGRA);
   std::vector<std::uint8_t> encoded;
   if (!cv::imencode(".png", bgra, encoded)) {
-    throw Error(ErrorCode::file, fmt::format("'{}' cannot be encoded as PNG", path.string()));
+    throw Error(ErrorCode::output, fmt::format("'{}' cannot be encoded as PNG", path.string()));
   }
   write_text_file(path, std::string(encoded.begin(), encoded.end()));
 }

@@ -15,7 +15,7 @@ Texture texture_from_image(const cv::Mat& image, const std::string& name);
 /// An encoded image in memory (PNG, JPEG, ...) as RGBA; throws Error(file).
 Texture decode_texture(const void* bytes, std::size_t size, const std::string& name);
 
-/// Writes PNG; throws Error(file).
+/// Writes PNG; throws Error(output).
 void save_texture(const std::filesystem::path& path, const Texture& texture);
 
 }  // namespace holdfast::io

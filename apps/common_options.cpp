@@ -1,0 +1,205 @@
+#include "common_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <numbers>
+#include <string>
+#include <type_traits>
+
+#include "holdfast/io.hpp"
+#include "messages.hpp"
+
+namespace holdfast::app {
+namespace {
+
+constexpr const char* kInputGroup = "Object and camera";
+constexpr const char* kDeviceGroup = "Device";
+constexpr const char* kTrackerGroup = "Tracker";
+
+/// An option that takes one of a few words.
+template <class Value>
+CLI::Option* add_choice(CLI::App& app, const char* name, Value& value, const std::map<std::string, Value>& words,
+                        const std::string& description) {
+  std::string list;
+  for (const auto& [word, meaning] : words) {
+    list += (list.empty() ? "" : "|") + word;
+  }
+  const auto choose = [&value, words](const std::string& word) { value = words.at(word); };
+  return app.add_option_function<std::string>(name, choose, description)
+      ->check([words, list](const std::string& word) {
+        return words.contains(word) ? std::string() : "'" + word + "' is none of " + list;
+      })
+      ->type_name(list);
+}
+
+}  // namespace
+
+void ModelArguments::add_to(CLI::App& app, bool required) {
+  app.add_option("--model", path, "Model: OBJ, PLY, glTF or anything else that assimp reads")
+      ->required(required)
+      ->type_name("FILE")
+      ->group(kInputGroup);
+  app.add_option("--model-scale", scale, "The model's unit in metres: 0.001 for millimetres")
+      ->capture_default_str()
+      ->type_name("FACTOR")
+      ->group(kInputGroup);
+}
+
+Mesh ModelArguments::load() const { return io::load_model(path, scale); }
+
+void CameraArguments::add_to(CLI::App& app, bool required) {
+  app.add_option("--camera", path, "Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, or 'fx fy cx cy'")
+      ->required(required)
+      ->type_name("FILE")
+      ->group(kInputGroup);
+  app.add_flag("--rescale-camera", rescale, "Frames are the calibration's view scaled to another size")
+      ->group(kInputGroup);
+}
+
+Camera CameraArguments::load(int frame_width, int frame_height) const {
+  return io::camera_for_frames(io::load_camera(path), frame_width, frame_height, rescale);
+}
+
+void InitPoseArguments::add_to(CLI::App& app, bool required) {
+  app.add_option("--init", path, "First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')")
+      ->required(required)
+      ->type_name("FILE")
+      ->group(kInputGroup);
+}
+
+Pose InitPoseArguments::load() const { return io::load_pose(path); }
+
+void DeviceArguments::add_to(CLI::App& app) {
+  app.add_option("--device", options.device,
+                 "OpenCL device: cpu, gpu, P:D or part of a name [HOLDFAST_DEVICE, else a CPU] ('holdfast devices')")
+      ->type_name("NAME")
+      ->group(kDeviceGroup);
+  add_choice<Partition>(app, "--partition", options.partition,
+                        {{"auto", Partition::automatic}, {"strips", Partition::strips}, {"groups", Partition::groups}},
+                        "How kernels divide their work [auto]")
+      ->group(kDeviceGroup);
+  app.add_option("--cache-folder", options.cache_folder,
+                 "Folder of compiled kernels [HOLDFAST_CACHE_DIR, else ~/.cache/holdfast]")
+      ->type_name("FOLDER")
+      ->group(kDeviceGroup);
+}
+
+template <class Field>
+void TrackerArguments::add(CLI::App& app, const char* names, Field field, const char* description) {
+  auto& value = field(given_);
+  using Value = std::remove_reference_t<decltype(value)>;
+  CLI::Option* option = nullptr;
+  if constexpr (std::is_same_v<Value, bool>) {
+    option = app.add_flag(names, value, description);
+  } else {
+    option = app.add_option(names, value, description)->capture_default_str();
+  }
+  option->group(kTrackerGroup);
+  overrides_.push_back([option, field, this](TrackerOptions& options) {
+    if (option->count() > 0) {
+      TrackerOptions given = given_;
+      field(options) = field(given);
+    }
+  });
+}
+
+void TrackerArguments::add_to(CLI::App& app) {
+  using O = TrackerOptions;
+  add_choice<Mode>(app, "--mode", given_.mode, {{"default", Mode::standard}, {"paper", Mode::paper}},
+                   "The paper's own one-solve tracker, or everything on top of it [default]")
+      ->group(kTrackerGroup);
+
+  add(
+      app, "--gradient-test,!--no-gradient-test", [](O& o) -> bool& { return o.occlusion.gradient_test; },
+      "Occlusion test (5): a gradient in both images");
+  add(
+      app, "--angle-test,!--no-angle-test", [](O& o) -> bool& { return o.occlusion.angle_test; },
+      "Occlusion test (6): gradients point the same way");
+  add(
+      app, "--magnitude-test,!--no-magnitude-test", [](O& o) -> bool& { return o.occlusion.magnitude_test; },
+      "Occlusion test (7): gradients differ little");
+  add(
+      app, "--block-vote,!--no-block-vote", [](O& o) -> bool& { return o.occlusion.block_vote; },
+      "A pixel counts only where most of its neighbourhood passed");
+  add(
+      app, "--all-channels,!--any-channel", [](O& o) -> bool& { return o.occlusion.all_channels; },
+      "Test (5) asks all channels for a gradient, not any");
+  add(
+      app, "--compare-magnitudes,!--compare-vectors", [](O& o) -> bool& { return o.occlusion.compare_magnitudes; },
+      "Test (7) compares lengths of gradients, not vectors");
+  add(
+      app, "--gradient-minimum", [](O& o) -> double& { return o.occlusion.gradient_minimum; },
+      "t_gm of test (5), intensity in [0, 1] a pixel");
+  add(
+      app, "--angle-maximum", [](O& o) -> double& { return o.occlusion.angle_maximum; },
+      "t_theta of test (6), radians");
+  add(
+      app, "--difference-maximum", [](O& o) -> double& { return o.occlusion.difference_maximum; },
+      "t_md of test (7), intensity a pixel");
+  add(
+      app, "--vote-share", [](O& o) -> double& { return o.occlusion.vote_share; },
+      "Share of the neighbourhood's gradient pixels that must pass");
+
+  add(
+      app, "--redundancy,!--no-redundancy", [](O& o) -> bool& { return o.redundancy; },
+      "Drop channels whose gradient repeats the strongest one's direction");
+  add(
+      app, "--redundancy-cosine", [](O& o) -> double& { return o.redundancy_cosine; },
+      "|cos| above which a channel repeats another");
+  add(
+      app, "--blur-sigma", [](O& o) -> double& { return o.blur_sigma; },
+      "Gaussian of both images, pixels of the level");
+  add(
+      app, "--silhouette-margin", [](O& o) -> int& { return o.silhouette_margin; },
+      "Most pixels dropped at silhouette and depth jumps");
+  add(
+      app, "--depth-jump", [](O& o) -> double& { return o.depth_jump; }, "Relative depth step that counts as a jump");
+  add(
+      app, "--levels", [](O& o) -> int& { return o.levels; }, "Most pyramid levels");
+  add(
+      app, "--finest-level", [](O& o) -> int& { return o.finest_level; }, "0: full resolution, 1: half");
+  add(
+      app, "--iterations", [](O& o) -> int& { return o.iterations; }, "Most solved systems a level");
+  add(
+      app, "--robust-weights,!--no-robust-weights", [](O& o) -> bool& { return o.robust_weights; },
+      "Student-t weights on what passes the tests");
+  add(
+      app, "--photometric,!--no-photometric", [](O& o) -> bool& { return o.photometric; },
+      "Compensate gain and bias of each channel");
+  add(
+      app, "--mean-gradient,!--no-mean-gradient", [](O& o) -> bool& { return o.mean_gradient; },
+      "Rows from the mean of rendered and frame gradients");
+  add(
+      app, "--predict-velocity,!--no-predict-velocity", [](O& o) -> bool& { return o.predict_velocity; },
+      "Try constant velocity beside no motion");
+  add(
+      app, "--correlation-search,!--no-correlation-search", [](O& o) -> bool& { return o.correlation_search; },
+      "Shift search on the coarsest level");
+  add(
+      app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
+      "Of the shift search, pixels of the full frame");
+  add(
+      app, "--lost-correlation", [](O& o) -> double& { return o.lost_correlation; },
+      "Correlation below which the object is lost");
+  add(
+      app, "--lost-visible-share", [](O& o) -> double& { return o.lost_visible_share; },
+      "Share of gradient pixels used below which the object is lost");
+}
+
+TrackerOptions TrackerArguments::options() const {
+  TrackerOptions options = given_.mode == Mode::paper ? TrackerOptions::paper() : TrackerOptions();
+  for (const auto& override_field : overrides_) {
+    override_field(options);
+  }
+  options.validate();
+  return options;
+}
+
+void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
+                      const std::optional<Camera>& camera) {
+  if (const auto warning = io::unit_warning(mesh, T_camera_object, camera)) {
+    print_warning(*warning);
+  }
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "holdfast/camera.hpp"
+#include "holdfast/device.hpp"
+#include "holdfast/mesh.hpp"
+#include "holdfast/options.hpp"
+#include "holdfast/pose.hpp"
+
+namespace CLI {
+class App;
+}
+
+/// Options that several subcommands share. Each is a struct whose add_to() binds it to a subcommand; it must live until
+/// the command line is parsed (keep it in a shared_ptr that the subcommand's callback holds).
+namespace holdfast::app {
+
+/// --model, --model-scale
+struct ModelArguments {
+  std::filesystem::path path;
+  double scale = 1;
+
+  void add_to(CLI::App& app, bool required = true);
+  /// Throws Error(file, model).
+  Mesh load() const;
+};
+
+/// --camera, --rescale-camera
+struct CameraArguments {
+  std::filesystem::path path;
+  bool rescale = false;
+
+  void add_to(CLI::App& app, bool required = true);
+  /// The camera for frames of this size; throws Error(file, camera).
+  Camera load(int frame_width, int frame_height) const;
+};
+
+/// --init
+struct InitPoseArguments {
+  std::filesystem::path path;
+
+  void add_to(CLI::App& app, bool required = true);
+  /// Throws Error(file, pose).
+  Pose load() const;
+};
+
+/// --device, --partition, --cache-folder
+struct DeviceArguments {
+  DeviceOptions options;
+
+  void add_to(CLI::App& app);
+  /// Throws Error(device).
+  Device open() const { return Device(options); }
+};
+
+/// --mode and one option for each field of TrackerOptions. What is not given keeps the mode's value.
+class TrackerArguments {
+ public:
+  TrackerArguments() = default;
+  TrackerArguments(const TrackerArguments&) = delete;
+  TrackerArguments& operator=(const TrackerArguments&) = delete;
+
+  void add_to(CLI::App& app);
+  /// Throws Error(invalid_argument) naming what is out of range.
+  TrackerOptions options() const;
+
+ private:
+  template <class Field>
+  void add(CLI::App& app, const char* names, Field field, const char* description);
+
+  TrackerOptions given_;
+  std::vector<std::function<void(TrackerOptions&)>> overrides_;  // each copies one field if its option was given
+};
+
+/// Prints a warning when the object's size is implausible, alone or at this pose.
+void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object = std::nullopt,
+                      const std::optional<Camera>& camera = std::nullopt);
+
+}  // namespace holdfast::app

@@ -1,0 +1,64 @@
+#include "config_file.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace holdfast::app {
+namespace {
+
+constexpr const char* kConfigOption = "--config";
+
+/// CLI11 reads configuration files at the root only, where a subcommand's options need a section. Here options without
+/// a section go to the subcommand that runs, so that a file made for `track` need not say [track].
+class SubcommandConfig : public CLI::ConfigTOML {
+ public:
+  explicit SubcommandConfig(const CLI::App& root) : root_(root) {}
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    const std::vector<CLI::App*> subcommands = root_.get_subcommands();
+    std::vector<CLI::ConfigItem> all = CLI::ConfigTOML::from_config(input);
+    if (subcommands.empty()) {
+      return {};
+    }
+    const std::string selected = subcommands.front()->get_name();
+    std::vector<CLI::ConfigItem> kept;
+    for (CLI::ConfigItem& item : all) {
+      const bool section_mark = item.name == "++" || item.name == "--";
+      if (item.parents.empty()) {
+        item.parents.push_back(selected);
+      }
+      if (!section_mark && item.parents.front() == selected) {
+        std::replace(item.name.begin(), item.name.end(), '_', '-');
+        kept.push_back(std::move(item));
+      }
+    }
+    return kept;
+  }
+
+ private:
+  const CLI::App& root_;
+};
+
+}  // namespace
+
+void enable_config_file(CLI::App& app) {
+  app.config_formatter(std::make_shared<SubcommandConfig>(app));
+  app.set_config(kConfigOption)->group("");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+}
+
+void add_config_option(CLI::App& subcommand) {
+  CLI::App* root = subcommand.get_parent();
+  subcommand
+      .add_option_function<std::string>(
+          kConfigOption, [root](const std::string& path) { root->get_option(kConfigOption)->add_result(path); },
+          "TOML or INI file with options of this command: long names without dashes; the command line wins")
+      ->type_name("FILE")
+      ->trigger_on_parse()
+      ->configurable(false);
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,17 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace holdfast::app {
+
+/// Lets `app` read options from a TOML or INI file: keys are long option names without dashes, and belong to the
+/// subcommand that runs, or stand in a section of its name ([track]); sections of other subcommands are skipped. Call
+/// before the subcommands are added.
+void enable_config_file(CLI::App& app);
+
+/// Adds --config to a subcommand of such an app.
+void add_config_option(CLI::App& subcommand);
+
+}  // namespace holdfast::app

@@ -1,0 +1,68 @@
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <exception>
+#include <new>
+
+#include "commands.hpp"
+#include "config_file.hpp"
+#include "exit_codes.hpp"
+#include "messages.hpp"
+
+namespace {
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 done, 2 wrong option, 3 an input (model, video, camera, pose) is missing or unusable, 4 no OpenCL\n"
+    "device or renderer, 5 an output cannot be written, 6 lost with 'track --require-held', 130 interrupted by "
+    "Ctrl-C,\n"
+    "1 anything unexpected.\n"
+    "'holdfast COMMAND --help' lists a command's options.";
+
+/// The program's messages are one line each: OpenCV and FFmpeg stay silent unless the user asks for their logs.
+void silence_libraries() {
+  constexpr int keep = 0;
+  setenv("OPENCV_LOG_LEVEL", "SILENT", keep);
+  setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", keep);
+}
+
+int report(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+    return app.exit(error);  // --help or --version
+  }
+  const auto subcommands = app.get_subcommands();
+  const std::string command = subcommands.empty() ? "" : subcommands.front()->get_name() + " ";
+  holdfast::app::print_error(std::string(error.what()) + " (see 'holdfast " + command + "--help')");
+  return holdfast::app::kUsage;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace holdfast::app;
+  silence_libraries();
+  CLI::App app(
+      "Holds on to a moving object: follows the position and orientation of one object of known shape and\n"
+      "texture through a video, while it turns and while things pass in front of it.",
+      "holdfast");
+  app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
+  app.require_subcommand(1);
+  app.footer(kExitCodes);
+  app.get_formatter()->column_width(38);
+  enable_config_file(app);
+
+  int exit_code = kOk;
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return report(app, error);
+  } catch (const holdfast::Error& error) {
+    print_error(error.what());
+    return exit_code_of(error.code());
+  } catch (const std::bad_alloc&) {
+    print_error("out of memory: use a smaller model or smaller frames");
+    return kUnexpected;
+  } catch (const std::exception& error) {
+    print_error(std::string("unexpected: ") + error.what());
+    return kUnexpected;
+  }
+  return exit_code;
+}

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+
+namespace holdfast::app {
+
+/// The text with line breaks and runs of blanks made single blanks.
+std::string one_line(const std::string& text);
+
+/// "holdfast: error: ..." as one line on stderr.
+void print_error(const std::string& message);
+
+/// "holdfast: warning: ..." as one line on stderr.
+void print_warning(const std::string& message);
+
+}  // namespace holdfast::app
