@@ -147,8 +147,9 @@ Texture random_texture(int width, int height, unsigned seed) {
 
 Texture plain_texture(int size, const std::array<std::uint8_t, 4>& color) {
   Texture texture{size, size, {}};
-  for (int i = 0; i < size * size; ++i) {
-    texture.rgba.insert(texture.rgba.end(), color.begin(), color.end());
+  texture.rgba.resize(static_cast<std::size_t>(size) * size * 4);
+  for (std::size_t i = 0; i < texture.rgba.size(); ++i) {
+    texture.rgba[i] = color[i % 4];
   }
   return texture;
 }
