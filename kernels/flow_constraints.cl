@@ -1,0 +1,214 @@
+/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 6, 11 to 13 of
+   docs/math.md. */
+
+/* Counting and passing pixels of the 9x9 neighbourhood of a row's lanes. */
+#if HF_STRIPS
+typedef struct {
+  uchar16 counted[2], passed[2];
+} vote_columns;
+
+void add_row(__global const uchar* row, vote_columns* columns, uchar weight) {
+  for (int half_row = 0; half_row < 2; ++half_row) {
+    const uchar16 c = vload16(half_row, row);
+    columns->counted[half_row] += weight * (c >> (uchar)4);
+    columns->passed[half_row] +=
+        weight * (as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & (c >> (uchar)4));
+  }
+}
+
+int16 neighbourhood_sum(const uchar16* columns) {
+  uchar line[32];
+  vstore16(columns[0], 0, line);
+  vstore16(columns[1], 1, line);
+  uchar16 sum = (uchar16)(0);
+  for (int k = 0; k <= 2 * HF_VOTE_RADIUS; ++k) sum += vload16(0, line + 8 - HF_VOTE_RADIUS + k);
+  return convert_int16(sum);
+}
+#endif
+
+__kernel void flow_constraints(__global const float* value, __global const float* dx, __global const float* dy,
+                               int plane, __global const float* depth, hf_layout layout, hf_rect tiles,
+                               __global const float* samples, __global const uchar* classes, hf_constraints k,
+                               __global const float* photometry, int photometry_stride,
+                               __global uchar* final_classes, __global float* sums) {
+  const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
+  const int x0 = tx * HF_TILE + TILE_COLUMN;
+  float gain[HF_CHANNELS], bias[HF_CHANNELS];
+  for (int c = 0; c < HF_CHANNELS; ++c) {
+    gain[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + c];
+    bias[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + HF_CHANNELS + c];
+  }
+  lane_float total[HF_SUMS];
+  for (int i = 0; i < HF_SUMS; ++i) total[i] = (lane_float)(0.0f);
+  const lane_float ray_x = ((lane_float)(x0) + LANE_INDEX - k.cx) / k.fx;
+
+#if HF_STRIPS
+  vote_columns columns;
+  if (k.block_vote) {
+    columns.counted[0] = columns.counted[1] = columns.passed[0] = columns.passed[1] = (uchar16)(0);
+    for (int row = -HF_VOTE_RADIUS; row < HF_VOTE_RADIUS; ++row) {
+      add_row(classes + element(layout, x0 - 8, ty * HF_TILE + row), &columns, 1);
+    }
+  }
+#endif
+
+  for (int row = TILE_ROW_BEGIN; row < HF_TILE; row += TILE_ROW_STEP) {
+    const int y = ty * HF_TILE + row;
+    const int e = element(layout, x0, y);
+    lane_int class = TO_INT(LOAD(classes + e));
+#if HF_STRIPS
+    if (k.block_vote) {
+      add_row(classes + element(layout, x0 - 8, y + HF_VOTE_RADIUS), &columns, 1);
+      if (row > 0) add_row(classes + element(layout, x0 - 8, y - HF_VOTE_RADIUS - 1), &columns, (uchar)255);
+    }
+#endif
+    const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
+    class &= 15;
+    lane_int used = class == HF_USED;
+    const lane_float zero = (lane_float)(0.0f), one = (lane_float)(1.0f);
+    total[HF_SUM_VISIBLE] += CHOOSE(zero, one, class != HF_NOT_VISIBLE);
+    total[HF_SUM_USABLE] += CHOOSE(zero, one, class >= HF_NO_GRADIENT);
+    total[HF_SUM_GRADIENT] += CHOOSE(zero, one, counts);
+    total[HF_SUM_PASSED] += CHOOSE(zero, one, used);
+    if (k.block_vote && ANY(used)) {
+#if HF_STRIPS
+      const lane_int counted = neighbourhood_sum(columns.counted), passed = neighbourhood_sum(columns.passed);
+#else
+      int counted = 0, passed = 0;
+      for (int j = -HF_VOTE_RADIUS; j <= HF_VOTE_RADIUS; ++j) {
+        for (int i = -HF_VOTE_RADIUS; i <= HF_VOTE_RADIUS; ++i) {
+          const int c = classes[element(layout, x0 + i, y + j)];
+          const int counting = c >> 4;
+          counted += counting;
+          passed += (c & 15) == HF_USED ? counting : 0;
+        }
+      }
+#endif
+      const lane_int outvoted = used & (TO_FLOAT(passed) < k.vote_share * TO_FLOAT(counted));
+      class = CHOOSE(class, (lane_int)(HF_REJECTED_VOTE), outvoted);
+      used = class == HF_USED;
+    }
+    STORE(TO_UCHAR(class), final_classes + e);
+    if (!ANY(used)) continue;
+    const lane_float mask = CHOOSE(zero, one, used);
+    total[HF_SUM_USED] += mask;
+
+    lane_float gx[HF_CHANNELS], gy[HF_CHANNELS], vx[HF_CHANNELS], vy[HF_CHANNELS], m2[HF_CHANNELS];
+    for (int c = 0; c < HF_CHANNELS; ++c) {
+      vx[c] = gain[c] * LOAD(dx + c * plane + e);
+      vy[c] = gain[c] * LOAD(dy + c * plane + e);
+      gx[c] = vx[c];
+      gy[c] = vy[c];
+      if (k.mean_gradient) {
+        gx[c] = 0.5f * (vx[c] + LOAD(samples + (3 + c) * plane + e));
+        gy[c] = 0.5f * (vy[c] + LOAD(samples + (6 + c) * plane + e));
+      }
+      m2[c] = fma(vx[c], vx[c], vy[c] * vy[c]);
+    }
+    /* Strongest channel, for the redundancy test; the first of equals. */
+    lane_float strongest = m2[0], sx = vx[0], sy = vy[0];
+    lane_int strongest_channel = (lane_int)(0);
+    for (int c = 1; c < HF_CHANNELS; ++c) {
+      const lane_int stronger = m2[c] > strongest;
+      strongest = CHOOSE(strongest, m2[c], stronger);
+      sx = CHOOSE(sx, vx[c], stronger);
+      sy = CHOOSE(sy, vy[c], stronger);
+      strongest_channel = CHOOSE(strongest_channel, (lane_int)(c), stronger);
+    }
+
+    lane_float g11 = zero, g12 = zero, g22 = zero, q1 = zero, q2 = zero;
+    lane_int second_taken = (lane_int)(0);
+    for (int c = 0; c < HF_CHANNELS; ++c) {
+      const lane_float rendered = LOAD(value + c * plane + e), seen = LOAD(samples + c * plane + e);
+      const lane_float r = fma((lane_float)(gain[c]), rendered, (lane_float)(bias[c])) - seen;
+      const lane_float r2 = r * r;
+      lane_float weight = mask;
+      if (k.robust) weight *= (k.freedom + 1.0f) / fma((lane_float)(k.inverse_scale2), r2, (lane_float)(k.freedom));
+      const int photo = HF_SUM_PHOTO + HF_PHOTO * c;
+      const lane_float wv = weight * rendered, wi = weight * seen;
+      total[photo] += weight;
+      total[photo + 1] += wv;
+      total[photo + 2] += wi;
+      total[photo + 3] = fma(wv, rendered, total[photo + 3]);
+      total[photo + 4] = fma(wi, seen, total[photo + 4]);
+      total[photo + 5] = fma(wv, seen, total[photo + 5]);
+      lane_int keep = used & (m2[c] > 0.0f);
+      if (k.redundancy) {
+        const lane_float along = fma(vx[c], sx, vy[c] * sy);
+        const lane_int independent = (along * along <= k.redundancy_cosine2 * m2[c] * strongest) & !second_taken;
+        const lane_int is_strongest = strongest_channel == c;
+        second_taken |= keep & independent & !is_strongest;
+        keep &= is_strongest | independent;
+        weight = CHOOSE(zero, weight, keep);
+      }
+      total[HF_SUM_ROWS] += CHOOSE(zero, one, keep);
+      total[HF_SUM_W] += CHOOSE(zero, weight, keep);
+      total[HF_SUM_WRR] = fma(CHOOSE(zero, weight, keep), r2, total[HF_SUM_WRR]);
+      const lane_float wx = weight * gx[c], wy = weight * gy[c];
+      g11 = fma(wx, gx[c], g11);
+      g12 = fma(wx, gy[c], g12);
+      g22 = fma(wy, gy[c], g22);
+      q1 = fma(wx, r, q1);
+      q2 = fma(wy, r, q2);
+    }
+
+    /* The 2x6 geometry L of this pixel, conditioned: translation scaled by the radius, rotation about the centre. */
+    const lane_float z = LOAD(depth + e);
+    const lane_float inverse_z = 1.0f / CHOOSE(one, z, z > 0.0f);
+    const float ray_y = (y - k.cy) / k.fy;
+    const lane_float ax = fma(ray_x, z, (lane_float)(-k.center[0])), ay = fma((lane_float)(ray_y), z, (lane_float)(-k.center[1]));
+    const lane_float az = z - k.center[2];
+    const lane_float u0 = k.fx * inverse_z, u2 = -u0 * ray_x;
+    const lane_float v1 = k.fy * inverse_z, v2 = -v1 * ray_y;
+    lane_float ju[6], jv[6];
+    ju[0] = k.radius * u0;
+    ju[1] = zero;
+    ju[2] = k.radius * u2;
+    ju[3] = ay * u2;
+    ju[4] = fma(az, u0, -(ax * u2));
+    ju[5] = -(ay * u0);
+    jv[0] = zero;
+    jv[1] = k.radius * v1;
+    jv[2] = k.radius * v2;
+    jv[3] = fma(ay, v2, -(az * v1));
+    jv[4] = -(ax * v2);
+    jv[5] = ax * v1;
+    lane_float bu[6], bv[6];
+    for (int i = 0; i < 6; ++i) {
+      bu[i] = fma(g11, ju[i], g12 * jv[i]);
+      bv[i] = fma(g12, ju[i], g22 * jv[i]);
+      total[HF_SUM_H + i] = fma(ju[i], q1, fma(jv[i], q2, total[HF_SUM_H + i]));
+    }
+    int n = 0;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) {
+        total[HF_SUM_A + n] = fma(ju[i], bu[j], fma(jv[i], bv[j], total[HF_SUM_A + n]));
+        ++n;
+      }
+    }
+  }
+
+  __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
+#if HF_STRIPS
+  for (int i = 0; i < HF_SUMS; ++i) {
+    const float8 a = total[i].lo + total[i].hi;
+    const float4 b = a.lo + a.hi;
+    const float2 c = b.lo + b.hi;
+    out[i] = c.x + c.y;
+  }
+#else
+  /* A stride of HF_SUMS (odd) spreads the columns over the banks. */
+  __local float partial[HF_GROUP * HF_SUMS];
+  const int lane = (int)get_local_id(0);
+  for (int i = 0; i < HF_SUMS; ++i) partial[lane * HF_SUMS + i] = total[i];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int i = lane; i < HF_SUMS; i += HF_GROUP) {
+    float sum[8];
+    for (int j = 0; j < 8; ++j) {
+      sum[j] = 0.0f;
+      for (int member = j * 8; member < j * 8 + 8; ++member) sum[j] += partial[member * HF_SUMS + i];
+    }
+    out[i] = ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+  }
+#endif
+}

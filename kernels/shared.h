@@ -1,0 +1,113 @@
+/* Constants and parameter structs that host (C++) and device (OpenCL C) share. Only 4-byte fields: the layouts agree. */
+#ifndef HOLDFAST_SHARED_H
+#define HOLDFAST_SHARED_H
+
+#define HF_TILE 16      /* pixels a side of a tile: the unit of work, of partial sums and of local photometry */
+#define HF_PAD 16       /* never-written (zero) pixels around every level image */
+#define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
+#define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
+#define HF_FEATURE 12   /* floats of an image feature: value, d/dx, d/dy, each three channels and coverage */
+#define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
+#define HF_VOTE_RADIUS 4
+#define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
+#define HF_GROUP 64     /* work-items of a tile's group in the 'groups' partition */
+
+/* Pixel classes: as holdfast::PixelClass. */
+#define HF_NOT_VISIBLE 0
+#define HF_UNUSABLE 1
+#define HF_NO_GRADIENT 2
+#define HF_REJECTED_ANGLE 3
+#define HF_REJECTED_MAGNITUDE 4
+#define HF_REJECTED_VOTE 5
+#define HF_USED 6
+/* Added to a class: the rendered view has a gradient here, so the pixel counts in its neighbours' vote. */
+#define HF_COUNTS_IN_VOTE 16
+
+/* Sums of one tile, in this order. */
+#define HF_SUM_A 0            /* 21: upper triangle of A, row by row */
+#define HF_SUM_H 21           /* 6 */
+#define HF_SUM_WRR 27         /* sum of w r^2 */
+#define HF_SUM_W 28           /* sum of w */
+#define HF_SUM_ROWS 29        /* rows that entered */
+#define HF_SUM_VISIBLE 30     /* pixel counts */
+#define HF_SUM_USABLE 31
+#define HF_SUM_GRADIENT 32
+#define HF_SUM_PASSED 33
+#define HF_SUM_USED 34
+#define HF_SUM_PHOTO 35       /* 6 a channel: w, wV, wI, wVV, wII, wVI */
+#define HF_PHOTO 6
+#define HF_SUMS 53
+#define HF_SUM_STRIDE 56      /* floats from a tile's sums to the next */
+
+/* A gain and a bias a channel and tile: gain in [0, 3), bias in [3, 6). */
+#define HF_TILE_PHOTO 8
+
+#ifdef __OPENCL_VERSION__
+#define HF_INT int
+#define HF_FLOAT float
+#else
+namespace holdfast::kernel {
+#define HF_INT int
+#define HF_FLOAT float
+#endif
+
+typedef struct {
+  HF_INT x, y, width, height;
+} hf_rect;
+
+/* A level image: pixel (x, y) is element origin + y * stride + x. */
+typedef struct {
+  HF_INT stride, origin;
+} hf_layout;
+
+typedef struct {
+  HF_INT width, height;        /* of the frame */
+  HF_INT offset, stride;       /* bytes */
+  HF_INT distorted;            /* 1: undistort */
+  HF_FLOAT fx, fy, cx, cy;
+  HF_FLOAT k1, k2, p1, p2, k3, k4, k5, k6;
+} hf_frame;
+
+/* Rendered pixels packed in a region buffer. */
+typedef struct {
+  HF_INT stride;               /* pixels */
+  HF_INT grey;                 /* 1: the frame has one channel, so must the view */
+  HF_FLOAT near_plane, far_plane;
+} hf_view;
+
+/* Where a rendered pixel is sampled in the frame: x' = project(D backproject(x, Z)), equation 5 of docs/math.md. */
+typedef struct {
+  HF_FLOAT d[12];              /* D, rows of 3x4 */
+  HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
+  HF_FLOAT turn[4];            /* 2x2, rows: turns frame gradients into the rendered view's axes */
+  HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
+} hf_warp;
+
+typedef struct {
+  HF_INT gradient_test, angle_test, magnitude_test, all_channels, compare_magnitudes;
+  HF_FLOAT gradient_minimum2;  /* squared */
+  HF_FLOAT angle_cosine2;      /* squared cosine of the largest angle */
+  HF_FLOAT difference_maximum;
+  HF_FLOAT difference_relative; /* added: this share of the larger magnitude */
+} hf_tests;
+
+typedef struct {
+  HF_FLOAT center[3];          /* reference point of rotation, camera frame */
+  HF_FLOAT radius;             /* scale of translation, metres */
+  HF_FLOAT fx, fy, cx, cy;
+  HF_INT block_vote;
+  HF_FLOAT vote_share;
+  HF_INT robust;
+  HF_FLOAT inverse_scale2;     /* 1 / sigma^2 of the residual */
+  HF_FLOAT freedom;            /* degrees of freedom of Student's t */
+  HF_INT mean_gradient;        /* 1: mean of both gradients, 0: rendered only */
+  HF_INT redundancy;
+  HF_FLOAT redundancy_cosine2;
+} hf_constraints;
+
+#ifndef __OPENCL_VERSION__
+}  // namespace holdfast::kernel
+#endif
+#undef HF_INT
+#undef HF_FLOAT
+#endif

@@ -1,0 +1,156 @@
+#include "device_image.hpp"
+
+#include <algorithm>
+
+namespace holdfast {
+namespace {
+
+/// Floats that a row kernel may touch beyond a row's end.
+constexpr std::size_t kGuard = 64;
+
+void check_frame(int width, int height, const Camera& camera) {
+  if (width != camera.width || height != camera.height) {
+    throw Error(ErrorCode::image, "the frame is " + std::to_string(width) + "x" + std::to_string(height) +
+                                      " pixels but the camera was calibrated for " + std::to_string(camera.width) +
+                                      "x" + std::to_string(camera.height) +
+                                      "; use the matching calibration, or rescale it (Camera::rescaled, "
+                                      "--rescale-camera)");
+  }
+}
+
+std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
+  const std::size_t packed = packed_stride(format, width);
+  if (stride == 0) return packed;
+  if (stride < packed) {
+    throw Error(ErrorCode::image, "the frame's stride of " + std::to_string(stride) + " bytes is shorter than a row (" +
+                                      std::to_string(packed) + " bytes)");
+  }
+  return stride;
+}
+
+}  // namespace
+
+DeviceImage::DeviceImage(const Device::Impl& device, const Camera& camera, const std::vector<Level>& levels,
+                         ImageFilter& filter)
+    : device_(device), camera_(camera), levels_(levels), filter_(filter) {
+  const std::size_t largest = levels[0].elements;
+  for (const Level& level : levels) {
+    LevelBuffers buffers;
+    buffers.pixels = device.zeroed_buffer((level.elements * HF_PIXEL + kGuard) * sizeof(float));
+    buffers.features = device.zeroed_buffer((level.elements * HF_FEATURE + kGuard) * sizeof(float));
+    levels_buffers_.push_back(std::move(buffers));
+  }
+  scratch_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
+  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
+  staging_ = device.zeroed_buffer(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 4 +
+                                  kGuard);
+  const std::array<const char*, 6> names{"convert_bgr8",  "convert_rgb8", "convert_rgba8",
+                                         "convert_grey8", "convert_nv12", "convert_yuyv"};
+  for (std::size_t i = 0; i < names.size(); ++i) convert_[i] = device.kernel(names[i]);
+}
+
+Rect DeviceImage::region(const Rect& wanted) const {
+  // Rows of the coarsest level must start at whole vectors of pixels.
+  const int alignment = 4 << (levels_.size() - 1);
+  return aligned(wanted, alignment, levels_[0].padded_width, levels_[0].padded_height);
+}
+
+void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
+  check_frame(frame.width, frame.height, camera_);
+  if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
+  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
+  const std::size_t packed = packed_stride(frame.format, frame.width);
+  const bool all = camera_.has_distortion();
+  const std::size_t first = all ? 0 : static_cast<std::size_t>(std::min(region.y, frame.height));
+  const std::size_t last = all ? static_cast<std::size_t>(frame.height)
+                               : static_cast<std::size_t>(std::min(region.y + region.height, frame.height));
+  const auto copy_rows = [&](std::size_t from, std::size_t to) {
+    if (to <= from) return;
+    if (stride == packed) {
+      device_.queue.enqueueWriteBuffer(staging_, CL_FALSE, from * packed, (to - from) * packed,
+                                       frame.data + from * stride);
+    } else {
+      const cl::array<std::size_t, 3> origin{0, from, 0}, extent{packed, to - from, 1};
+      device_.queue.enqueueWriteBufferRect(staging_, CL_FALSE, origin, origin, extent, packed, 0, stride, 0,
+                                           frame.data);
+    }
+  };
+  copy_rows(first, last);
+  if (frame.format == PixelFormat::nv12) {
+    const std::size_t height = static_cast<std::size_t>(frame.height);
+    copy_rows(height + first / 2, height + (last + 1) / 2);
+  }
+  enqueue_convert(staging_, frame.format, 0, packed, region);
+}
+
+void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& region) {
+  check_frame(frame.width, frame.height, camera_);
+  if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
+  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
+  const cl::Buffer buffer(frame.buffer, true);
+  if (buffer.getInfo<CL_MEM_CONTEXT>()() != device_.context()) {
+    throw Error(ErrorCode::image, "the frame's OpenCL buffer belongs to another context than the tracker's device");
+  }
+  if (buffer.getInfo<CL_MEM_SIZE>() < frame.offset_bytes + frame_bytes(frame.format, frame.height, stride)) {
+    throw Error(ErrorCode::image, "the frame's OpenCL buffer is smaller than its size, stride and offset say");
+  }
+  enqueue_convert(buffer, frame.format, frame.offset_bytes, stride, region);
+}
+
+void DeviceImage::enqueue_convert(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
+                                  const Rect& region) {
+  region_ = region;
+  grey_ = format == PixelFormat::grey8;
+  kernel::hf_frame frame{};
+  frame.width = camera_.width;
+  frame.height = camera_.height;
+  frame.offset = static_cast<int>(offset);
+  frame.stride = static_cast<int>(stride);
+  frame.distorted = camera_.has_distortion() ? 1 : 0;
+  frame.fx = static_cast<float>(camera_.fx);
+  frame.fy = static_cast<float>(camera_.fy);
+  frame.cx = static_cast<float>(camera_.cx);
+  frame.cy = static_cast<float>(camera_.cy);
+  float* coefficients[] = {&frame.k1, &frame.k2, &frame.p1, &frame.p2, &frame.k3, &frame.k4, &frame.k5, &frame.k6};
+  for (std::size_t i = 0; i < 8; ++i) *coefficients[i] = static_cast<float>(camera_.distortion[i]);
+
+  cl::Kernel& convert = convert_[static_cast<std::size_t>(format)];
+  convert.setArg(0, buffer);
+  convert.setArg(1, frame);
+  convert.setArg(2, to_kernel(region));
+  convert.setArg(3, levels_[0].layout);
+  convert.setArg(4, levels_buffers_[0].pixels);
+  device_.enqueue_rows(convert, region.width, region.height);
+  for (std::size_t l = 1; l < levels_.size(); ++l) {
+    filter_.enqueue_halve(levels_buffers_[l - 1].pixels, levels_[l - 1], coarser(region, static_cast<int>(l)),
+                          levels_[l], levels_buffers_[l].pixels);
+  }
+}
+
+void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
+  const auto l = static_cast<std::size_t>(level_index);
+  const Level& level = levels_[l];
+  const Rect available = coarser(region_, level_index);
+  Rect rect = aligned(rect_of_level, 4, level.padded_width, level.padded_height);
+  const int x0 = std::max(rect.x, available.x), y0 = std::max(rect.y, available.y);
+  const int x1 = std::min(rect.x + rect.width, available.x + available.width);
+  const int y1 = std::min(rect.y + rect.height, available.y + available.height);
+  rect = {x0, y0, std::max(0, x1 - x0), std::max(0, y1 - y0)};
+  LevelBuffers& buffers = levels_buffers_[l];
+  if (rect.empty()) {
+    buffers.valid = {};
+    return;
+  }
+  filter_.enqueue_blur(buffers.pixels, level, rect, scratch_, blurred_);
+  filter_.enqueue_features(blurred_, level, rect, buffers.features);
+
+  // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
+  // frame's own border the blur is normalised by coverage and only the outermost difference is not.
+  const int rim = filter_.radius() + 1;
+  const int left = x0 > 0 ? x0 + rim : 1, top = y0 > 0 ? y0 + rim : 1;
+  const int right = x1 < level.width ? x1 - rim : level.width - 1;
+  const int bottom = y1 < level.height ? y1 - rim : level.height - 1;
+  buffers.valid = {left, top, std::max(0, right - left), std::max(0, bottom - top)};
+}
+
+}  // namespace holdfast

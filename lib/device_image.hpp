@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "holdfast/image_view.hpp"
+#include "image_filter.hpp"
+#include "levels.hpp"
+
+namespace holdfast {
+
+/// The frame on the device: uploaded, converted, undistorted, halved, filtered. Only the asked-for region of each level
+/// is valid.
+class DeviceImage {
+ public:
+  DeviceImage(const Device::Impl& device, const Camera& camera, const std::vector<Level>& levels, ImageFilter& filter);
+
+  /// Region of level 0 that contains `wanted` and that every level can be made of.
+  Rect region(const Rect& wanted) const;
+
+  /// Copies the rows that `region` needs (all rows when the lens distorts) and fills every level from `first` on down
+  /// to the coarsest. The frame's memory must stay valid until the queue has been waited for.
+  void enqueue_upload(const ImageView& frame, const Rect& region);
+  void enqueue_upload(const DeviceImageView& frame, const Rect& region);
+
+  /// Blurs and differentiates a level inside `rect_of_level` (of the uploaded region).
+  void enqueue_features(int level, const Rect& rect_of_level);
+
+  const cl::Buffer& features(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].features; }
+  /// Level pixels [x, x + width) x [y, y + height) whose features are exact.
+  const Rect& valid(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].valid; }
+  /// One channel only.
+  bool grey() const { return grey_; }
+
+ private:
+  struct LevelBuffers {
+    cl::Buffer pixels, features;
+    Rect valid;
+  };
+
+  void enqueue_convert(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
+                       const Rect& region);
+
+  const Device::Impl& device_;
+  Camera camera_;
+  const std::vector<Level>& levels_;
+  ImageFilter& filter_;
+  std::vector<LevelBuffers> levels_buffers_;
+  cl::Buffer staging_, scratch_, blurred_;
+  std::array<cl::Kernel, 6> convert_;
+  Rect region_;
+  bool grey_ = false;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,69 @@
+#include "image_filter.hpp"
+
+#include <cmath>
+
+namespace holdfast {
+
+std::vector<float> ImageFilter::gaussian_taps(double sigma) {
+  if (sigma <= 0) return {1.0f};
+  const int radius = static_cast<int>(std::ceil(3 * sigma));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int k = 0; k <= radius; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma * sigma)));
+    sum += (k == 0 ? 1 : 2) * weights.back();
+  }
+  std::vector<float> taps;
+  for (const double weight : weights) taps.push_back(static_cast<float>(weight / sum));
+  return taps;
+}
+
+ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(device) {
+  auto taps = gaussian_taps(sigma);
+  radius_ = static_cast<int>(taps.size()) - 1;
+  if (radius_ > HF_MAX_RADIUS) {
+    throw Error(ErrorCode::invalid_argument,
+                "blur_sigma " + std::to_string(sigma) + " is too wide: its reach of " + std::to_string(radius_) +
+                    " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
+  }
+  taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, taps.size() * sizeof(float), taps.data());
+  halve_ = device.kernel("halve");
+  blur_rows_ = device.kernel("blur_rows");
+  blur_columns_ = device.kernel("blur_columns");
+  features_ = device.kernel("image_features");
+}
+
+void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
+                                const cl::Buffer& out) {
+  halve_.setArg(0, in);
+  halve_.setArg(1, in_level.layout);
+  halve_.setArg(2, to_kernel(rect));
+  halve_.setArg(3, out_level.layout);
+  halve_.setArg(4, out);
+  device_.enqueue_rows(halve_, rect.width, rect.height);
+}
+
+void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& scratch,
+                               const cl::Buffer& out) {
+  const auto enqueue = [&](cl::Kernel& kernel, const cl::Buffer& from, const cl::Buffer& to) {
+    kernel.setArg(0, from);
+    kernel.setArg(1, level.layout);
+    kernel.setArg(2, to_kernel(rect));
+    kernel.setArg(3, taps_);
+    kernel.setArg(4, radius_);
+    kernel.setArg(5, to);
+    device_.enqueue_rows(kernel, rect.width, rect.height);
+  };
+  enqueue(blur_rows_, in, scratch);
+  enqueue(blur_columns_, scratch, out);
+}
+
+void ImageFilter::enqueue_features(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out) {
+  features_.setArg(0, in);
+  features_.setArg(1, level.layout);
+  features_.setArg(2, to_kernel(rect));
+  features_.setArg(3, out);
+  device_.enqueue_rows(features_, rect.width, rect.height);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+
+#include "holdfast/pose.hpp"
+
+namespace holdfast {
+
+/// Predicts the next pose: the object's centre goes on at its last displacement, its orientation at its last rotation.
+class MotionModel {
+ public:
+  struct Hypotheses {
+    std::array<Pose, 4> poses;
+    int count = 0;
+  };
+
+  explicit MotionModel(const Eigen::Vector3d& p_object_center) : p_object_center_(p_object_center) {}
+
+  /// At rest.
+  void reset(const Pose& T_camera_object);
+  /// The next frame's pose was found.
+  void advance(const Pose& T_camera_object);
+  /// It was not: stay where the object was last seen.
+  void stop();
+
+  const Pose& pose() const { return T_; }
+
+  /// The poses to try: constant velocity first when `velocity`, then no motion when `all` or when there is no velocity.
+  Hypotheses hypotheses(bool velocity, bool all) const;
+
+ private:
+  Eigen::Vector3d p_object_center_;
+  Pose T_ = Pose::Identity();
+  Eigen::Vector3d displacement_ = Eigen::Vector3d::Zero();  ///< of the centre, a frame, camera frame
+  Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();  ///< a frame, camera frame
+  bool moving_ = false;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <vector>
+
+#include "device_image.hpp"
+#include "holdfast/options.hpp"
+#include "view_template.hpp"
+
+namespace holdfast {
+
+/// Gain and bias a channel of every tile of a level, host side; element HF_TILE_PHOTO * (ty * tiles_x + tx).
+struct TilePhotometry {
+  std::vector<float> values;
+  cl::Buffer buffer;
+};
+
+/// Where the rendered view is looked for in the frame: equation 5 of docs/math.md.
+kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
+                          const Rect& valid);
+
+/// Tests (5) to (7) of a level. `relative` is added to test (7)'s limit, as a share of the larger gradient.
+kernel::hf_tests make_tests(const OcclusionOptions& options, double relative);
+
+/// Samples the frame at the warped pixels and classifies them.
+class OcclusionTest {
+ public:
+  OcclusionTest(const Device::Impl& device, const std::vector<Level>& levels);
+
+  void enqueue(const ViewTemplate& view, const DeviceImage& image, int level, const kernel::hf_warp& warp,
+               const kernel::hf_tests& tests, const cl::Buffer& photometry);
+
+  /// Planes of warped value and gradient, HF_SAMPLES of Level::elements floats, of the level last enqueued.
+  const cl::Buffer& samples() const { return samples_; }
+  /// A byte a pixel: class, plus HF_COUNTS_IN_VOTE.
+  const cl::Buffer& classes(int level) const { return classes_[static_cast<std::size_t>(level)]; }
+
+ private:
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  cl::Buffer samples_;
+  std::vector<cl::Buffer> classes_;
+  cl::Kernel kernel_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,50 @@
+#include "holdfast/options.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "holdfast/error.hpp"
+
+namespace holdfast {
+namespace {
+
+void check(bool good, const char* field, const char* range) {
+  if (!good) throw Error(ErrorCode::invalid_argument, std::string("option ") + field + " must be " + range);
+}
+
+}  // namespace
+
+TrackerOptions TrackerOptions::paper() {
+  TrackerOptions options;
+  options.mode = Mode::paper;
+  options.occlusion.block_vote = false;
+  options.occlusion.difference_relative = 0;
+  options.redundancy = true;
+  options.robust_weights = false;
+  options.photometric = false;
+  options.mean_gradient = false;
+  options.correlation_search = false;
+  options.levels = 1;
+  options.iterations = 1;
+  return options;
+}
+
+void TrackerOptions::validate() const {
+  check(occlusion.gradient_minimum >= 0, "gradient_minimum", "0 or more");
+  check(occlusion.angle_maximum > 0 && occlusion.angle_maximum <= 1.5708, "angle_maximum", "in (0, pi/2] radians");
+  check(occlusion.difference_maximum >= 0, "difference_maximum", "0 or more");
+  check(occlusion.difference_relative >= 0, "difference_relative", "0 or more");
+  check(occlusion.vote_share >= 0 && occlusion.vote_share <= 1, "vote_share", "in [0, 1]");
+  check(redundancy_cosine > 0 && redundancy_cosine <= 1, "redundancy_cosine", "in (0, 1]");
+  check(blur_sigma >= 0 && blur_sigma <= 2.6, "blur_sigma", "in [0, 2.6] pixels");
+  check(silhouette_margin >= 0 && silhouette_margin <= 8, "silhouette_margin", "in [0, 8] pixels");
+  check(depth_jump > 0, "depth_jump", "positive");
+  check(levels >= 1 && levels <= 6, "levels", "in [1, 6]");
+  check(finest_level >= 0 && finest_level < levels, "finest_level", "at least 0 and less than levels");
+  check(iterations >= 1 && iterations <= 100, "iterations", "in [1, 100]");
+  check(search_radius >= 0 && search_radius <= 512, "search_radius", "in [0, 512] pixels");
+  check(lost_correlation >= -1 && lost_correlation <= 1, "lost_correlation", "in [-1, 1]");
+  check(lost_visible_share >= 0 && lost_visible_share <= 1, "lost_visible_share", "in [0, 1]");
+}
+
+}  // namespace holdfast

@@ -1,0 +1,112 @@
+#include "program_cache.hpp"
+
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <vector>
+
+#include "holdfast/error.hpp"
+
+namespace holdfast {
+namespace {
+
+std::filesystem::path default_folder() {
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+  };
+  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
+  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
+  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
+  return {};
+}
+
+/// FNV-1a, 64 bit.
+std::uint64_t hash(const std::string& text, std::uint64_t seed) {
+  std::uint64_t value = seed;
+  for (const char c : text) {
+    value ^= static_cast<unsigned char>(c);
+    value *= 1099511628211ull;
+  }
+  return value;
+}
+
+std::string file_name(const std::string& key) {
+  constexpr std::uint64_t first = 14695981039346656037ull, second = 1469598103934665603ull;
+  char name[40];
+  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(hash(key, first)),
+                static_cast<unsigned long long>(hash(key, second)));
+  return name;
+}
+
+std::vector<unsigned char> read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+void write_file(const std::filesystem::path& path, const std::vector<unsigned char>& bytes) {
+  std::error_code error;
+  std::filesystem::create_directories(path.parent_path(), error);
+  // Another process may read or write the same file: it only ever sees a complete one.
+  const auto temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  {
+    std::ofstream file(temporary, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!file) {
+      file.close();
+      std::filesystem::remove(temporary, error);
+      return;
+    }
+  }
+  std::filesystem::rename(temporary, path, error);
+  if (error) std::filesystem::remove(temporary, error);
+}
+
+}  // namespace
+
+ProgramCache::ProgramCache(const std::filesystem::path& folder) : folder_(folder.empty() ? default_folder() : folder) {}
+
+cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& device, const std::string& source,
+                                const std::string& options) const {
+  const cl::Platform platform(device.getInfo<CL_DEVICE_PLATFORM>());
+  const std::string key = source + '\n' + options + '\n' + platform.getInfo<CL_PLATFORM_NAME>() + '\n' +
+                          platform.getInfo<CL_PLATFORM_VERSION>() + '\n' + device.getInfo<CL_DEVICE_NAME>() + '\n' +
+                          device.getInfo<CL_DEVICE_VERSION>() + '\n' + device.getInfo<CL_DRIVER_VERSION>();
+  const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / (file_name(key) + ".clbin");
+  if (!file.empty()) {
+    const auto bytes = read_file(file);
+    if (!bytes.empty()) {
+      try {
+        cl::Program program(context, {device}, cl::Program::Binaries{bytes});
+        program.build({device}, options.c_str());
+        return program;
+      } catch (const cl::Error&) {
+        // A stale or damaged file: compile from source and replace it.
+      }
+    }
+  }
+  cl::Program program(context, source);
+  try {
+    program.build({device}, options.c_str());
+  } catch (const cl::Error& error) {
+    throw Error(ErrorCode::device, "the OpenCL kernels do not compile on '" + device.getInfo<CL_DEVICE_NAME>() +
+                                       "' (error " + std::to_string(error.err()) +
+                                       "); choose another device or update its driver. Compiler log: " +
+                                       program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
+  }
+  if (!file.empty()) {
+    try {
+      const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+      if (binaries.size() == 1 && !binaries[0].empty()) write_file(file, binaries[0]);
+    } catch (const std::exception&) {
+      // No cache then.
+    }
+  }
+  return program;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,82 @@
+#include "shift_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+/// Pixels of the view that a shift is scored with, about: more cost time and change nothing.
+constexpr double kScoredPixels = 500;
+
+/// Offset of a parabola's maximum through three equidistant values, in (-0.5, 0.5).
+double parabola_peak(double left, double center, double right) {
+  const double curvature = left - 2 * center + right;
+  if (curvature >= -1e-9) return 0;
+  return std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5);
+}
+
+}  // namespace
+
+ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, int most_radius)
+    : device_(device), levels_(levels), most_radius_(most_radius) {
+  const auto side = static_cast<std::size_t>(2 * most_radius + 1);
+  scores_.resize(side * side);
+  scores_buffer_ = device.zeroed_buffer(scores_.size() * sizeof(float));
+  kernel_ = device.kernel("shift_scores");
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        int radius) {
+  radius = std::min(radius, most_radius_);
+  const Level& level = levels_[static_cast<std::size_t>(level_index)];
+  const ViewTemplate::Planes& planes = view.planes(level_index);
+  const kernel::hf_rect rect{planes.tiles.x * HF_TILE, planes.tiles.y * HF_TILE, planes.tiles.width * HF_TILE,
+                             planes.tiles.height * HF_TILE};
+  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * rect.width * rect.height / kScoredPixels)));
+  const Rect& valid = image.valid(level_index);
+  const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
+  const int side = 2 * radius + 1;
+  kernel_.setArg(0, planes.dx);
+  kernel_.setArg(1, planes.dy);
+  kernel_.setArg(2, static_cast<int>(level.elements));
+  kernel_.setArg(3, planes.usable);
+  kernel_.setArg(4, level.layout);
+  kernel_.setArg(5, rect);
+  kernel_.setArg(6, step);
+  kernel_.setArg(7, image.features(level_index));
+  kernel_.setArg(8, sampled);
+  kernel_.setArg(9, -radius);
+  kernel_.setArg(10, -radius);
+  kernel_.setArg(11, scores_buffer_);
+  const auto items = static_cast<std::size_t>(side);
+  device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, items), cl::NDRange(1, 1));
+  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, items * items * sizeof(float), scores_.data());
+
+  const auto score = [&](int x, int y) {
+    return static_cast<double>(scores_[static_cast<std::size_t>((y + radius) * side + x + radius)]);
+  };
+  int best_x = 0, best_y = 0;
+  for (int y = -radius; y <= radius; ++y) {
+    for (int x = -radius; x <= radius; ++x) {
+      if (score(x, y) > score(best_x, best_y)) {
+        best_x = x;
+        best_y = y;
+      }
+    }
+  }
+  Result result;
+  result.unshifted = score(0, 0);
+  result.score = score(best_x, best_y);
+  result.dx = best_x;
+  result.dy = best_y;
+  if (std::abs(best_x) < radius) {
+    result.dx += parabola_peak(score(best_x - 1, best_y), result.score, score(best_x + 1, best_y));
+  }
+  if (std::abs(best_y) < radius) {
+    result.dy += parabola_peak(score(best_x, best_y - 1), result.score, score(best_x, best_y + 1));
+  }
+  return result;
+}
+
+}  // namespace holdfast

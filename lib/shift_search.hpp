@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "device_image.hpp"
+#include "view_template.hpp"
+
+namespace holdfast {
+
+/// Finds by how many whole pixels of a level the view is displaced in the frame: a score a shift, the best wins.
+class ShiftSearch {
+ public:
+  /// `most_radius`: the largest radius searched, level pixels.
+  ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, int most_radius);
+
+  struct Result {
+    double dx = 0, dy = 0;  ///< pixels of the level, refined between whole shifts
+    double score = 0;       ///< agreement of gradients, at most 1
+    double unshifted = 0;   ///< agreement without shift
+  };
+
+  /// Waits for the device.
+  Result search(const ViewTemplate& view, const DeviceImage& image, int level, int radius);
+
+ private:
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  int most_radius_;
+  cl::Buffer scores_buffer_;
+  std::vector<float> scores_;
+  cl::Kernel kernel_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,148 @@
+#include "view_template.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+constexpr std::size_t kGuard = 64;
+
+}  // namespace
+
+ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
+                           const std::vector<Level>& levels, ImageFilter& filter)
+    : device_(device),
+      levels_(levels),
+      filter_(filter),
+      renderer_(mesh, std::max(camera.width, levels[0].padded_width),
+                std::max(camera.height, levels[0].padded_height)) {
+  for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
+  for (const Level& level : levels) {
+    const std::size_t plane = (level.elements + kGuard) * sizeof(float);
+    Planes planes;
+    planes.value = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.dx = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.dy = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.depth = device.zeroed_buffer(plane);
+    planes.usable = device.zeroed_buffer(level.elements + kGuard);
+    planes_.push_back(std::move(planes));
+    pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuard) * sizeof(float)));
+  }
+  const std::size_t largest = levels[0].elements;
+  scratch_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
+  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
+  const auto host_memory = CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR;
+  rgba_ = cl::Buffer(device.context, host_memory, largest * 4);
+  window_depth_ = cl::Buffer(device.context, host_memory, largest * sizeof(float));
+  unpack_ = device.kernel("unpack_view");
+  halve_depth_ = device.kernel("halve_depth");
+  template_planes_ = device.kernel("template_planes");
+}
+
+Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
+  const Camera& camera = levels_[0].camera;
+  const double least_depth = 1e-3 * box_.diagonal().norm();
+  double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+  int in_front = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d corner = T_camera_object * box_.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    if (corner.z() < least_depth) continue;
+    ++in_front;
+    const Eigen::Vector2d pixel = camera.project(corner);
+    x0 = std::min(x0, pixel.x());
+    x1 = std::max(x1, pixel.x());
+    y0 = std::min(y0, pixel.y());
+    y1 = std::max(y1, pixel.y());
+  }
+  if (in_front == 0) return {};
+  const double width = camera.width, height = camera.height;
+  if (in_front < 8) return {0, 0, camera.width, camera.height};
+  if (x1 < 0 || y1 < 0 || x0 > width - 1 || y0 > height - 1) return {};
+  const int left = static_cast<int>(std::floor(std::max(x0, 0.0)));
+  const int top = static_cast<int>(std::floor(std::max(y0, 0.0)));
+  const int right = static_cast<int>(std::ceil(std::min(x1, width - 1)));
+  const int bottom = static_cast<int>(std::ceil(std::min(y1, height - 1)));
+  return {left, top, right - left + 1, bottom - top + 1};
+}
+
+bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage,
+                           double depth_jump) {
+  const Rect object = bounds(T_camera_object);
+  T_camera_object_ = T_camera_object;
+  render_ms_ = 0;
+  for (auto& planes : planes_) planes.tiles = {};
+  if (object.empty()) return false;
+  const auto f = static_cast<std::size_t>(finest);
+  const Level& level = levels_[f];
+  // What lies around the object within the blur's reach of every level must be drawn too, as empty.
+  const int margin = (filter_.radius() + 2) << (count - 1);
+  const Rect at_level{object.x >> finest, object.y >> finest, (object.width >> finest) + 2,
+                      (object.height >> finest) + 2};
+  const Rect rect = aligned(grown(at_level, margin), HF_TILE << (count - 1), level.padded_width, level.padded_height);
+  if (rect.empty()) return false;
+
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+  auto& queue = device_.queue;
+  RenderTarget target;
+  target.rgba = static_cast<std::uint8_t*>(
+      queue.enqueueMapBuffer(rgba_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * 4));
+  target.depth = static_cast<float*>(
+      queue.enqueueMapBuffer(window_depth_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * sizeof(float)));
+  target.stride = rect.width;
+  const DepthRange range = renderer_.render(T_camera_object, level.camera, rect, target);
+  queue.enqueueUnmapMemObject(rgba_, target.rgba);
+  queue.enqueueUnmapMemObject(window_depth_, target.depth);
+  render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+
+  kernel::hf_view view{};
+  view.stride = rect.width;
+  view.grey = grey ? 1 : 0;
+  view.near_plane = static_cast<float>(range.near_plane);
+  view.far_plane = static_cast<float>(range.far_plane);
+  unpack_.setArg(0, rgba_);
+  unpack_.setArg(1, window_depth_);
+  unpack_.setArg(2, view);
+  unpack_.setArg(3, to_kernel(rect));
+  unpack_.setArg(4, level.layout);
+  unpack_.setArg(5, pixels_[f]);
+  unpack_.setArg(6, planes_[f].depth);
+  device_.enqueue_rows(unpack_, rect.width, rect.height);
+
+  for (int step = 0; step < count; ++step) {
+    const auto l = static_cast<std::size_t>(finest + step);
+    const Rect level_rect = coarser(rect, step);
+    Planes& planes = planes_[l];
+    if (step > 0) {
+      filter_.enqueue_halve(pixels_[l - 1], levels_[l - 1], level_rect, levels_[l], pixels_[l]);
+      halve_depth_.setArg(0, planes_[l - 1].depth);
+      halve_depth_.setArg(1, levels_[l - 1].layout);
+      halve_depth_.setArg(2, to_kernel(level_rect));
+      halve_depth_.setArg(3, levels_[l].layout);
+      halve_depth_.setArg(4, planes.depth);
+      device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
+    }
+    filter_.enqueue_blur(pixels_[l], levels_[l], level_rect, scratch_, blurred_);
+    // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
+    const auto jump = static_cast<float>(depth_jump * (1 << l));
+    template_planes_.setArg(0, blurred_);
+    template_planes_.setArg(1, planes.depth);
+    template_planes_.setArg(2, levels_[l].layout);
+    template_planes_.setArg(3, to_kernel(level_rect));
+    template_planes_.setArg(4, static_cast<float>(least_coverage));
+    template_planes_.setArg(5, jump);
+    template_planes_.setArg(6, planes.value);
+    template_planes_.setArg(7, planes.dx);
+    template_planes_.setArg(8, planes.dy);
+    template_planes_.setArg(9, static_cast<int>(levels_[l].elements));
+    template_planes_.setArg(10, planes.usable);
+    device_.enqueue_rows(template_planes_, level_rect.width, level_rect.height);
+    planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
+                    level_rect.height / HF_TILE};
+  }
+  return true;
+}
+
+}  // namespace holdfast

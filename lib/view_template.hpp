@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include "device_image.hpp"
+#include "holdfast/renderer.hpp"
+#include "image_filter.hpp"
+#include "levels.hpp"
+
+namespace holdfast {
+
+/// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.
+class ViewTemplate {
+ public:
+  /// Planes of one level; a plane has Level::elements floats.
+  struct Planes {
+    cl::Buffer value, dx, dy;  ///< three planes each, one a channel
+    cl::Buffer depth;          ///< metres, 0 where empty
+    cl::Buffer usable;         ///< bytes: HF_NOT_VISIBLE, HF_UNUSABLE or HF_USED
+    kernel::hf_rect tiles{};   ///< region that holds the object, in tiles
+  };
+
+  ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera, const std::vector<Level>& levels,
+               ImageFilter& filter);
+
+  /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
+  Rect bounds(const Pose& T_camera_object) const;
+
+  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. `least_coverage` (0 to
+  /// 1) is the share of the blur's reach that must be known surface for a pixel to be usable. Returns false when the
+  /// object is out of view. The call draws at once and enqueues the rest.
+  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage, double depth_jump);
+
+  const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
+  const Pose& T_camera_object() const { return T_camera_object_; }
+  Renderer& renderer() { return renderer_; }
+  /// Milliseconds spent drawing in the last enqueue().
+  double render_ms() const { return render_ms_; }
+
+ private:
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  ImageFilter& filter_;
+  Renderer renderer_;
+  Eigen::AlignedBox3d box_;
+  std::vector<Planes> planes_;
+  std::vector<cl::Buffer> pixels_;
+  cl::Buffer rgba_, window_depth_, scratch_, blurred_;
+  cl::Kernel unpack_, halve_depth_, template_planes_;
+  Pose T_camera_object_ = Pose::Identity();
+  double render_ms_ = 0;
+};
+
+}  // namespace holdfast
