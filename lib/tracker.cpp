@@ -19,12 +19,14 @@ namespace holdfast {
 namespace {
 
 /// Least side of the object on a level that is still worth comparing there, pixels.
-constexpr double kLeastSide = 16;
+const double kLeastSide = getenv("HFS") ? atof(getenv("HFS")) :20;
 /// Steps below this many pixels of the level end a level's iterations.
 constexpr double kConvergedPixels = 0.02;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.0;
 constexpr double kDamping = 1e-6;
+/// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
+const double kCoarseAngle = getenv("HFA") ? atof(getenv("HFA")) : 0.8, kCoarseDifference = getenv("HFR") ? atof(getenv("HFR")) : 0.8, kCoarseVote = getenv("HFV") ? atof(getenv("HFV")) :0.5;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -93,6 +95,8 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
+  /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
+  OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums.
   Estimate iterate(int level, Pose& D, int iterations);
   bool draw(const Pose& T_camera_object, int finest, int count);
@@ -121,6 +125,7 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
+  int finest_tested_ = 0;
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -181,7 +186,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.cx = static_cast<float>(levels_[l].camera.cx);
   k.cy = static_cast<float>(levels_[l].camera.cy);
   k.block_vote = options_.occlusion.block_vote ? 1 : 0;
-  k.vote_share = static_cast<float>(options_.occlusion.vote_share);
+  k.vote_share = static_cast<float>(tests_of(level).vote_share);
   k.robust = options_.robust_weights ? 1 : 0;
   k.inverse_scale2 = static_cast<float>(1.0 / (scale_[l] * scale_[l]));
   k.freedom = static_cast<float>(kFreedom);
@@ -191,13 +196,26 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   return k;
 }
 
+OcclusionOptions Tracker::Impl::tests_of(int level) const {
+  OcclusionOptions tests = options_.occlusion;
+  if (level > finest_tested_) {
+    tests.angle_maximum = std::max(tests.angle_maximum, kCoarseAngle);
+    tests.difference_relative = std::max(tests.difference_relative, kCoarseDifference);
+    tests.vote_share = std::min(tests.vote_share, kCoarseVote);
+    const double side = std::sqrt(static_cast<double>(view_.planes(level).tiles.width * HF_TILE) *
+                                  (view_.planes(level).tiles.height * HF_TILE));
+    (void)side;
+  }
+  return tests;
+}
+
 ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const auto l = static_cast<std::size_t>(level);
   const auto& planes = view_.planes(level);
   photometry_.enqueue_upload(level, planes.tiles);
   occlusion_.enqueue(view_, image_, level,
                      make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
-                     make_tests(options_.occlusion, options_.occlusion.difference_relative), photometry_.buffer(level));
+                     make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
   constraints_.enqueue(view_, occlusion_, level, constraint_options(level), photometry_.buffer(level));
   const ConstraintSums sums = constraints_.read();
   photometry_.update(level, constraints_);
@@ -212,6 +230,7 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
+    if (getenv("HFD")) fprintf(stderr,"  L%d it%d vis %.0f us %.0f gr %.0f pass %.0f used %.0f res %.4f g %.2f b %.3f\n",level,i,estimate.sums.visible,estimate.sums.usable,estimate.sums.gradient,estimate.sums.passed,estimate.sums.used,sqrt(estimate.sums.weighted_square/estimate.sums.weight),photometry_.gain(0),photometry_.bias(0));
     const Solution solution = solve(estimate.sums, condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
@@ -222,7 +241,9 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
-  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * std::max(0.0, estimate.correlation);
+  // Pixels that left the sampled region speak against an estimate too.
+  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * estimate.sums.usable /
+                   std::max(1.0, estimate.sums.visible) * std::max(0.0, estimate.correlation);
   return estimate;
 }
 
@@ -250,6 +271,7 @@ Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool se
     const int radius = (options_.search_radius >> coarsest) + 1;
     const ShiftSearch::Result shift = search_.search(view_, image_, coarsest, radius);
     const Camera& camera = levels_[static_cast<std::size_t>(coarsest)].camera;
+    if (getenv("HFD")) fprintf(stderr," search %.1f %.1f %.3f vs %.3f\n",shift.dx,shift.dy,shift.score,shift.unshifted);
     if (shift.score > shift.unshifted + 0.02) {
       const double z = (T_start * p_object_center_).z();
       D.translation() = Eigen::Vector3d(shift.dx * z / camera.fx, shift.dy * z / camera.fy, 0);
