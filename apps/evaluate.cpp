@@ -1,117 +1,302 @@
-#include "evaluate.hpp"
-
 #include <fmt/core.h>
 
-#include <cstdio>
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "commands.hpp"
+#include "common_options.hpp"
+#include "config_file.hpp"
 #include "evaluation/holdfast_run.hpp"
 #include "evaluation/model_choice.hpp"
+#include "evaluation/model_points.hpp"
+#include "evaluation/plots.hpp"
+#include "evaluation/pose_comparison.hpp"
 #include "evaluation/protocol.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/sequence.hpp"
+#include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 
-namespace holdfast {
+namespace holdfast::app {
 namespace {
 
+namespace fs = std::filesystem;
 using namespace evaluation;
 
-struct EvaluateOptions {
+constexpr const char* kNeverReset = "never-reset";
+constexpr const char* kRbot = "rbot";
+
+struct EvaluateArguments {
   std::vector<std::string> folders;
   std::vector<std::string> models;
-  std::string protocol = "never-reset";
+  std::optional<double> model_scale;
+  std::optional<int> bop_object;
+
+  std::string protocol = kNeverReset;
   std::vector<int> steps = {1};
   double minimum_visible = 0;
   bool show_start_frame = false;
-  std::string mode = "default";
-  std::string device;
-  std::string csv;
+
+  fs::path poses;
+  fs::path truth;
+  bool partial = false;
+
+  fs::path csv;
+  fs::path json;
+  fs::path plots;
+  bool details = false;
   bool quiet = false;
+
+  TrackerArguments tracker;
+  DeviceArguments device;
+
+  void add_to(CLI::App& app);
+  bool rbot() const { return protocol == kRbot; }
+  bool needs_model_distances() const { return details || !json.empty() || !plots.empty(); }
 };
 
-Protocol protocol_named(const std::string& name) { return name == "rbot" ? Protocol::rbot : Protocol::never_reset; }
+void EvaluateArguments::add_to(CLI::App& app) {
+  app.add_option("folders", folders,
+                 "Sequences: folders with frames/, K.txt, poses_gt.txt (visible.txt), or BOP scenes")
+      ->type_name("FOLDER");
+  app.add_option("--model", models, "Model file; PREFIX=FILE: for sequences whose name starts with PREFIX; repeatable")
+      ->allow_extra_args(false)
+      ->type_name("[PREFIX=]FILE");
+  app.add_option("--model-scale", model_scale, "The models' unit in metres [1; 0.001 for BOP scenes]")
+      ->check(CLI::PositiveNumber)
+      ->type_name("FACTOR");
+  app.add_option("--bop-object", bop_object, "obj_id to follow where a BOP scene holds several")->type_name("ID");
 
-Evaluation evaluate_step(const Sequence& sequence, const TrackerUnderTest& tracker, ProtocolOptions options) {
-  Evaluation out;
-  out.sequence = sequence.name;
-  out.step = options.step;
-  for (options.offset = 0; options.offset < options.step; ++options.offset) {
-    for (FrameRecord& record : run_protocol(sequence.truth, sequence.visible, tracker, options)) {
-      out.records.push_back(std::move(record));
-    }
-  }
-  out.summary = summarize(out.records);
-  return out;
-}
-
-void run(const EvaluateOptions& options) {
-  const ModelChoice models(options.models);
-  ProtocolOptions protocol;
-  protocol.protocol = protocol_named(options.protocol);
-  protocol.minimum_visible = options.minimum_visible;
-  protocol.show_start_frame = options.show_start_frame;
-  const TrackerOptions tracker_options = options.mode == "paper" ? TrackerOptions::paper() : TrackerOptions();
-  const Device device(DeviceOptions{options.device, {}, {}});
-
-  std::vector<Evaluation> evaluations;
-  for (const std::string& folder : options.folders) {
-    const Sequence sequence = load_sequence(folder);
-    if (sequence.frames.empty()) {
-      throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
-    }
-    const Mesh mesh = io::load_model(models.for_sequence(sequence.name), sequence.model_scale);
-    Tracker tracker(mesh, sequence.camera, tracker_options, device);
-    const TrackerUnderTest tested = under_test(tracker, sequence);
-    for (const int step : options.steps) {
-      protocol.step = step;
-      evaluations.push_back(evaluate_step(sequence, tested, protocol));
-      if (!options.quiet) {
-        fmt::print(stderr, "{} step {}: done\n", sequence.name, step);
-      }
-    }
-    if (!options.csv.empty()) {
-      write_frames_csv(options.csv, evaluations);
-    }
-  }
-  fmt::print("{}", table(evaluations, protocol.protocol));
-}
-
-}  // namespace
-
-void add_evaluate_command(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("evaluate", "Run the tracker on sequences with ground truth and report errors");
-  auto options = std::make_shared<EvaluateOptions>();
-  command->add_option("folders", options->folders, "Sequence folders")->required();
-  command->add_option("--model", options->models, "Model file, or PREFIX=FILE for sequences whose name starts so")
-      ->required()
-      ->allow_extra_args(false);
-  command->add_option("--protocol", options->protocol, "never-reset or rbot")
-      ->check(CLI::IsMember({"never-reset", "rbot"}))
-      ->capture_default_str();
-  command->add_option("--step", options->steps, "Every n-th frame, all phase offsets; several: 1,2,3,4")
+  const std::string tracking = "Running the tracker";
+  app.add_option("--protocol", protocol,
+                 "never-reset: left alone from the first true pose on; rbot: back to the truth after 5 cm or 5 degrees")
+      ->check(CLI::IsMember({kNeverReset, kRbot}))
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_option("--step", steps, "Only every n-th frame, from each of the n first ones; several: --step 1,2,3,4")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
-  command
-      ->add_option("--min-visible", options->minimum_visible, "Frames with a smaller visible share count neither way")
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_option("--min-visible", minimum_visible,
+                 "Frames with a smaller visible share count neither way and bring no reset")
       ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  command->add_flag("--show-start-frame", options->show_start_frame,
-                    "rbot: after each reset show the tracker the frame it was reset on");
-  command->add_option("--mode", options->mode, "default or paper")->check(CLI::IsMember({"default", "paper"}));
-  command->add_option("--device", options->device, "OpenCL device");
-  command->add_option("--csv", options->csv, "Write every frame to this file");
-  command->add_flag("--quiet", options->quiet, "No progress");
-  command->callback([options, &exit_code]() {
-    run(*options);
-    exit_code = 0;
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_flag("--show-start-frame", show_start_frame,
+               "rbot: show the tracker the frame it is put to the truth of (not counted)")
+      ->group(tracking);
+
+  const std::string comparing = "Comparing poses instead";
+  app.add_option("--poses", poses, "Poses to judge: the table of 'holdfast track', 3x4 or 4x4 a line, or TUM")
+      ->type_name("FILE")
+      ->group(comparing);
+  app.add_option("--truth", truth, "True poses, a line a frame, instead of a sequence folder")
+      ->type_name("FILE")
+      ->group(comparing);
+  app.add_flag("--partial", partial, "The table may hold fewer frames than the sequence")->group(comparing);
+
+  const std::string output = "Output";
+  app.add_option("--csv", csv, "Every frame: truth, estimate, errors, counts, times")->type_name("FILE")->group(output);
+  app.add_option("--json", json, "All figures, and the errors of every frame")->type_name("FILE")->group(output);
+  app.add_option("--plots", plots, "Errors over time and accuracy curves as PNG (needs python3-matplotlib)")
+      ->type_name("FOLDER")
+      ->group(output);
+  app.add_flag("--details", details, "A second table: ADD, ADD-S, depth, lateral, coverage, losses")->group(output);
+  app.add_flag("--quiet", quiet, "No progress")->group(output);
+
+  tracker.add_to(app);
+  device.add_to(app);
+}
+
+/// Long runs must not end at a file that cannot be written.
+void require_writable(const fs::path& path) {
+  if (!path.empty() && !std::ofstream(path, std::ios::app)) {
+    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
+  }
+}
+
+void prepare_outputs(const EvaluateArguments& arguments) {
+  require_writable(arguments.csv);
+  require_writable(arguments.json);
+  if (!arguments.plots.empty()) {
+    require_plotting();
+    std::error_code failed;
+    fs::create_directories(arguments.plots, failed);
+    if (failed) {
+      throw Error(ErrorCode::output, fmt::format("{}: cannot be made a folder", arguments.plots.string()));
+    }
+  }
+}
+
+void report(const EvaluateArguments& arguments, const Provenance& provenance,
+            const std::vector<Evaluation>& evaluations) {
+  fmt::print("{}", table(evaluations, provenance.protocol == kRbot));
+  if (arguments.details) {
+    fmt::print("\n{}", detail_table(evaluations));
+  }
+  if (!arguments.csv.empty()) {
+    write_frames_csv(arguments.csv, evaluations);
+  }
+  const fs::path json = !arguments.json.empty() ? arguments.json : arguments.plots / "evaluation.json";
+  if (!arguments.json.empty() || !arguments.plots.empty()) {
+    write_json(json, provenance, evaluations);
+  }
+  if (!arguments.plots.empty()) {
+    draw_plots(json, arguments.plots);
+  }
+}
+
+void finish(Evaluation& evaluation, const Tolerance& failure, const std::optional<ModelPoints>& points) {
+  if (points) {
+    evaluation.diameter = points->diameter();
+    for (FrameRecord& record : evaluation.records) {
+      record.add = points->add(record.T_camera_object_true, record.result.T_camera_object);
+      record.add_s = points->add_s(record.T_camera_object_true, record.result.T_camera_object);
+    }
+  }
+  evaluation.summary = summarize(evaluation.records, failure, evaluation.diameter);
+}
+
+Mesh load_mesh(const EvaluateArguments& arguments, const fs::path& path, const Sequence& sequence) {
+  Mesh mesh = io::load_model(path, arguments.model_scale.value_or(sequence.model_scale));
+  warn_about_units(mesh, sequence.truth.front(),
+                   sequence.frames.empty() ? std::nullopt : std::optional(sequence.camera));
+  return mesh;
+}
+
+std::optional<ModelPoints> points_if_needed(const EvaluateArguments& arguments, const Mesh& mesh) {
+  return arguments.needs_model_distances() ? std::optional<ModelPoints>(std::in_place, mesh) : std::nullopt;
+}
+
+Evaluation track_at_step(const Sequence& sequence, const TrackerUnderTest& tracker, ProtocolOptions options) {
+  Evaluation out;
+  out.sequence = sequence.name;
+  out.step = options.step;
+  if (static_cast<std::size_t>(options.step) >= sequence.truth.size()) {
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("--step {}: '{}' has only {} frames", options.step, sequence.name, sequence.truth.size()));
+  }
+  for (options.offset = 0; options.offset < options.step; ++options.offset) {
+    std::vector<FrameRecord> records = run_protocol(sequence.truth, sequence.visible, tracker, options);
+    out.records.insert(out.records.end(), records.begin(), records.end());
+  }
+  return out;
+}
+
+void evaluate_tracker(const EvaluateArguments& arguments) {
+  if (arguments.folders.empty()) {
+    throw Error(ErrorCode::invalid_argument, "no sequence: give folders, or --poses with --truth");
+  }
+  if (arguments.models.empty()) {
+    throw Error(ErrorCode::invalid_argument, "no model to track: add --model FILE or --model PREFIX=FILE");
+  }
+  const ModelChoice models(arguments.models);
+  ProtocolOptions protocol;
+  protocol.protocol = arguments.rbot() ? Protocol::rbot : Protocol::never_reset;
+  protocol.minimum_visible = arguments.minimum_visible;
+  protocol.show_start_frame = arguments.show_start_frame;
+  const TrackerOptions options = arguments.tracker.options();
+
+  // Everything that can be wrong with the input is found before the first frame is tracked.
+  std::vector<Sequence> sequences;
+  for (const std::string& folder : arguments.folders) {
+    sequences.push_back(load_sequence(folder, arguments.bop_object));
+    models.for_sequence(sequences.back().name);
+    if (sequences.back().frames.empty()) {
+      throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
+    }
+  }
+  prepare_outputs(arguments);
+
+  const Device device = arguments.device.open();
+  Provenance provenance;
+  provenance.protocol = arguments.protocol;
+  provenance.minimum_visible = arguments.minimum_visible;
+  provenance.show_start_frame = arguments.show_start_frame;
+  std::vector<Evaluation> evaluations;
+  for (const Sequence& sequence : sequences) {
+    const fs::path& model = models.for_sequence(sequence.name);
+    const Mesh mesh = load_mesh(arguments, model, sequence);
+    const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
+    Tracker tracker(mesh, sequence.camera, options, device);
+    provenance.tracker = tracker.description();
+    const TrackerUnderTest tested = under_test(tracker, sequence);
+    for (const int step : arguments.steps) {
+      protocol.step = step;
+      evaluations.push_back(track_at_step(sequence, tested, protocol));
+      evaluations.back().model = model.string();
+      finish(evaluations.back(), protocol.failure, points);
+      if (!arguments.quiet) {
+        const Summary& summary = evaluations.back().summary;
+        fmt::print(stderr, "{} step {}: {:.1f} % within 5 cm and 5 degrees\n", sequence.name, step,
+                   100 * summary.failure.share);
+      }
+    }
+  }
+  report(arguments, provenance, evaluations);
+}
+
+Sequence sequence_of_poses(const EvaluateArguments& arguments) {
+  if (arguments.folders.size() + (arguments.truth.empty() ? 0 : 1) != 1) {
+    throw Error(ErrorCode::invalid_argument, "--poses needs one sequence folder or --truth FILE");
+  }
+  if (!arguments.folders.empty()) {
+    return load_sequence(arguments.folders.front(), arguments.bop_object);
+  }
+  Sequence sequence;
+  sequence.name = arguments.truth.stem().string();
+  sequence.truth = io::load_poses(arguments.truth);
+  return sequence;
+}
+
+void evaluate_poses(const EvaluateArguments& arguments) {
+  const Sequence sequence = sequence_of_poses(arguments);
+  const EstimatedPoses estimates = load_estimated_poses(arguments.poses);
+  Provenance provenance;
+  provenance.protocol = "poses";
+  provenance.minimum_visible = arguments.minimum_visible;
+  provenance.tracker = arguments.poses.string();
+
+  Evaluation evaluation;
+  evaluation.sequence = sequence.name;
+  evaluation.records =
+      compare_poses(sequence, estimates, provenance.failure, arguments.minimum_visible, arguments.partial);
+  std::optional<ModelPoints> points;
+  if (!arguments.models.empty()) {
+    evaluation.model = ModelChoice(arguments.models).for_sequence(sequence.name).string();
+    points = points_if_needed(arguments, load_mesh(arguments, evaluation.model, sequence));
+  }
+  prepare_outputs(arguments);
+  finish(evaluation, provenance.failure, points);
+  report(arguments, provenance, {evaluation});
+}
+
+}  // namespace
+}  // namespace holdfast::app
+
+namespace holdfast {
+
+void add_evaluate_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "evaluate", "Measure the tracker on sequences with ground truth, or poses that it wrote, against the truth");
+  auto arguments = std::make_shared<app::EvaluateArguments>();
+  arguments->add_to(*command);
+  app::add_config_option(*command);
+  command->callback([arguments, &exit_code] {
+    if (arguments->poses.empty()) {
+      app::evaluate_tracker(*arguments);
+    } else {
+      app::evaluate_poses(*arguments);
+    }
+    exit_code = app::kOk;
   });
 }
 

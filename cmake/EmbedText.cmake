@@ -1,11 +1,21 @@
-# cmake -DOUTPUT=file.cpp -DINPUTS=a;b -P EmbedText.cmake: a C++ source that holds text files as string literals,
-# looked up by file name with holdfast::embedded_text().
+# cmake -DOUTPUT=file.cpp -DINPUTS=a,b [-DHEADER=embedded_text.hpp -DFUNCTION=embedded_text -DNAMESPACE=holdfast]
+#   -P EmbedText.cmake
+# A C++ source that holds text files as string literals: HEADER declares the FUNCTION that looks them up by file name.
+if(NOT HEADER)
+  set(HEADER embedded_text.hpp)
+endif()
+if(NOT FUNCTION)
+  set(FUNCTION embedded_text)
+endif()
+if(NOT NAMESPACE)
+  set(NAMESPACE holdfast)
+endif()
 string(REPLACE "," ";" INPUTS "${INPUTS}")
-set(body "#include \"embedded_text.hpp\"\n\nnamespace holdfast {\n\nstd::string_view embedded_text([[maybe_unused]] std::string_view name) {\n")
+set(body "#include \"${HEADER}\"\n\nnamespace ${NAMESPACE} {\n\nstd::string_view ${FUNCTION}([[maybe_unused]] std::string_view name) {\n")
 foreach(input ${INPUTS})
   get_filename_component(name ${input} NAME)
   file(READ ${input} text)
   string(APPEND body "  if (name == \"${name}\") {\n    return R\"__text__(${text})__text__\";\n  }\n")
 endforeach()
-string(APPEND body "  return {};\n}\n\n}  // namespace holdfast\n")
+string(APPEND body "  return {};\n}\n\n}  // namespace ${NAMESPACE}\n")
 file(WRITE ${OUTPUT} "${body}")

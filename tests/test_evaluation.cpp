@@ -97,6 +97,8 @@ std::vector<int> numbers_of(const std::vector<FrameRecord>& records, bool failed
 
 using Frames = std::vector<int>;
 
+const Tolerance kRbotFailure = tolerance_mm_deg(50, 5);
+
 }  // namespace
 
 TEST_CASE("pose error: translation by axis, rotation by its angle") {
@@ -152,7 +154,7 @@ TEST_CASE("never reset: every frame is asked for, the first one too, and nothing
   CHECK(tracker.asked == Frames{0, 1, 2, 3, 4, 5});
   CHECK(tracker.reset_to == Frames{0});
   CHECK(numbers_of(records, true) == Frames{2, 3, 4, 5});
-  const Summary summary = summarize(records);
+  const Summary summary = summarize(records, kRbotFailure);
   CHECK(summary.frames == 6);
   CHECK(summary.within_50mm_5deg.share == doctest::Approx(2.0 / 6));
   CHECK(summary.within_50mm_5deg.first_beyond == 2);
@@ -170,7 +172,7 @@ TEST_CASE("rbot: starts after the first frame, a failure brings the truth of the
   CHECK(tracker.asked == Frames{1, 2, 3, 4, 5});
   CHECK(tracker.reset_to == Frames{0, 2, 3});
   CHECK(numbers_of(records, true) == Frames{2, 3});
-  const Summary summary = summarize(records);
+  const Summary summary = summarize(records, kRbotFailure);
   CHECK(summary.frames == 5);
   CHECK(summary.failure.share == doctest::Approx(3.0 / 5));
   CHECK(summary.failure.first_beyond == 2);
@@ -184,7 +186,7 @@ TEST_CASE("rbot: frames too little visible count neither way and bring no reset"
   const auto records = run_protocol(tracker.truth, visible, tracker.tested(), options);
   CHECK(tracker.reset_to == Frames{0, 4});
   CHECK(numbers_of(records, true) == Frames{4});
-  const Summary summary = summarize(records);
+  const Summary summary = summarize(records, kRbotFailure);
   CHECK(summary.frames == 4);  // 1, 3, 4, 6: a share equal to the bound counts
   CHECK(summary.skipped == 2);
   CHECK(summary.failure.share == doctest::Approx(3.0 / 4));
@@ -219,7 +221,7 @@ TEST_CASE("frame steps: figures over all offsets") {
       all.push_back(record);
     }
   }
-  const Summary summary = summarize(all);
+  const Summary summary = summarize(all, kRbotFailure);
   CHECK(summary.frames == 8);  // 2 4 6 8 and 3 5 7 9
   CHECK(summary.failure.share == doctest::Approx(6.0 / 8));
   CHECK(summary.failure.first_beyond == 5);
@@ -252,7 +254,7 @@ TEST_CASE("confidently wrong: held and more than 20 mm or 5 degrees off; reporte
     records[i].error = pose_error(origin, moved(origin, off_mm[i], 0, 0, off_degrees[i]));
     records[i].result.status = i == 3 ? Status::lost : Status::held;
   }
-  const Summary summary = summarize(records);
+  const Summary summary = summarize(records, kRbotFailure);
   CHECK(summary.confidently_wrong == 2);
   CHECK(summary.lost_frames == 1);
 }

@@ -45,7 +45,7 @@ struct FrameRecord {
   double visible = 1;   ///< visible share of the object's silhouette
   bool counted = true;  ///< visible enough
   bool failed = false;  ///< beyond ProtocolOptions::failure; never where not counted
-  double add = -1;      ///< metres, see ModelPoints; negative: not computed
+  double add = -1;      ///< metres, ModelPoints::add(); negative: not computed
   double add_s = -1;    ///< metres
 };
 

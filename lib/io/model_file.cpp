@@ -1,4 +1,3 @@
-#include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -6,14 +5,17 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <unordered_map>
+#include <optional>
 #include <utility>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/mesh_assembly.hpp"
+#include "io/ply_file.hpp"
 #include "io/text_file.hpp"
 #include "io/texture_file.hpp"
 
@@ -21,29 +23,6 @@ namespace holdfast::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Everything that tells two vertices apart; compared bit by bit (assimp's own joining merges vertices up to 1e-5
-/// units apart, which is too coarse for small objects in metres).
-struct Vertex {
-  Eigen::Vector3f position;
-  Eigen::Vector2f texture_coordinate;
-  std::array<std::uint8_t, 4> color;
-
-  bool operator==(const Vertex&) const = default;
-};
-
-struct VertexHash {
-  std::size_t operator()(const Vertex& vertex) const {
-    std::size_t hash = 0;
-    const auto mix = [&hash](float value) { hash = hash * 1000003 ^ std::hash<float>()(value); };
-    mix(vertex.position.x());
-    mix(vertex.position.y());
-    mix(vertex.position.z());
-    mix(vertex.texture_coordinate.x());
-    mix(vertex.texture_coordinate.y());
-    return hash;
-  }
-};
 
 /// A texture that a material names: its path in the file and the set of texture coordinates it is laid out by.
 struct TextureReference {
@@ -57,48 +36,10 @@ TextureReference diffuse_texture(const aiMaterial& material) {
     if (material.GetTexture(type, 0, &path) == aiReturn_SUCCESS && path.length > 0) {
       int coordinate_set = 0;
       material.Get(AI_MATKEY_UVWSRC(type, 0), coordinate_set);
-      return {path.C_Str(), static_cast<unsigned>(std::max(coordinate_set, 0))};
+      return {path.C_Str(), static_cast<unsigned>(std::clamp(coordinate_set, 0, AI_MAX_NUMBER_OF_TEXTURECOORDS - 1))};
     }
   }
   return {};
-}
-
-int hexadecimal_digit(char digit) {
-  const char* digits = "0123456789abcdef";
-  const char* found = digit == 0 ? nullptr : std::strchr(digits, std::tolower(static_cast<unsigned char>(digit)));
-  return found == nullptr ? -1 : static_cast<int>(found - digits);
-}
-
-std::string percent_decoded(const std::string& text) {
-  std::string decoded;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escape = text[i] == '%' && i + 2 < text.size() && hexadecimal_digit(text[i + 1]) >= 0 &&
-                        hexadecimal_digit(text[i + 2]) >= 0;
-    if (escape) {
-      decoded += static_cast<char>(hexadecimal_digit(text[i + 1]) * 16 + hexadecimal_digit(text[i + 2]));
-      i += 2;
-    } else {
-      decoded += text[i];
-    }
-  }
-  return decoded;
-}
-
-/// Where a texture named in the model lies: beside the model, whatever slashes and escapes its exporter wrote; an
-/// absolute path of the exporting machine falls back on the bare file name.
-fs::path find_texture(const fs::path& model, std::string name) {
-  std::replace(name.begin(), name.end(), '\\', '/');
-  const fs::path folder = model.parent_path();
-  const fs::path as_written = folder / name;
-  for (const fs::path& candidate : {as_written, folder / percent_decoded(name), folder / fs::path(name).filename()}) {
-    std::error_code ignored;
-    if (fs::is_regular_file(candidate, ignored)) {
-      return candidate;
-    }
-  }
-  throw Error(ErrorCode::file,
-              fmt::format("texture '{}' of model '{}' does not exist: put it there or correct the name in the model",
-                          as_written.string(), model.string()));
 }
 
 Texture embedded_texture(const aiTexture& embedded, const std::string& name) {
@@ -119,20 +60,17 @@ std::uint8_t to_byte(float value) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0F, 1.0F) * 255.0F));
 }
 
-/// Gathers assimp's node tree, with its transformations applied, in one Mesh.
-class MeshBuilder {
+/// assimp's node tree, with its transformations applied, as one Mesh.
+class SceneReader {
  public:
-  MeshBuilder(const aiScene& scene, const fs::path& path, double scale) : scene_(scene), path_(path), scale_(scale) {}
+  SceneReader(const aiScene& scene, const fs::path& path, double scale)
+      : scene_(scene), path_(path), scale_(scale), assembly_(any_part_with_coordinates(), any_part_colored()) {}
 
-  Mesh build() {
-    for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
-      with_coordinates_ |= textured(*scene_.mMeshes[i]);
-      with_colors_ |= scene_.mMeshes[i]->HasVertexColors(0);
-    }
+  Mesh read() {
     if (scene_.mRootNode != nullptr) {
       add_node(*scene_.mRootNode, aiMatrix4x4());
     }
-    return std::move(mesh_);
+    return assembly_.take();
   }
 
  private:
@@ -147,24 +85,33 @@ class MeshBuilder {
     return !texture.path.empty() && part.HasTextureCoords(texture.coordinate_set);
   }
 
+  bool any_part_with_coordinates() const {
+    return std::any_of(scene_.mMeshes, scene_.mMeshes + scene_.mNumMeshes,
+                       [this](const aiMesh* part) { return part->HasTextureCoords(texture_of(*part).coordinate_set); });
+  }
+
+  bool any_part_colored() const {
+    return std::any_of(scene_.mMeshes, scene_.mMeshes + scene_.mNumMeshes,
+                       [](const aiMesh* part) { return part->HasVertexColors(0); });
+  }
+
   std::uint32_t material_of(const aiMesh& part) {
     const bool with_texture = textured(part);
-    const auto [entry, is_new] =
-        materials_.try_emplace({part.mMaterialIndex, with_texture}, static_cast<std::uint32_t>(mesh_.materials.size()));
-    if (is_new) {
-      Material material;
-      if (part.mMaterialIndex < scene_.mNumMaterials) {
-        material.name = scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str();
-      }
-      if (with_texture) {
-        const std::string name = texture_of(part).path;
-        const aiTexture* embedded = scene_.GetEmbeddedTexture(name.c_str());
-        material.texture = embedded != nullptr ? embedded_texture(*embedded, path_.string() + ":" + name)
-                                               : load_texture(find_texture(path_, name));
-      }
-      mesh_.materials.push_back(std::move(material));
+    const std::pair key{part.mMaterialIndex, with_texture};
+    if (const auto known = materials_.find(key); known != materials_.end()) {
+      return known->second;
     }
-    return entry->second;
+    Material material;
+    if (part.mMaterialIndex < scene_.mNumMaterials) {
+      material.name = scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str();
+    }
+    if (with_texture) {
+      const std::string name = texture_of(part).path;
+      const aiTexture* embedded = scene_.GetEmbeddedTexture(name.c_str());
+      material.texture = embedded != nullptr ? embedded_texture(*embedded, path_.string() + ":" + name)
+                                             : load_texture(find_texture(path_, name));
+    }
+    return materials_[key] = assembly_.add_material(std::move(material));
   }
 
   void add_node(const aiNode& node, const aiMatrix4x4& T_object_parent) {
@@ -187,29 +134,25 @@ class MeshBuilder {
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) {
-        continue;
+        continue;  // points and lines
       }
-      std::array<std::uint32_t, 3> triangle{};
+      std::array<Vertex, 3> corners;
       for (unsigned k = 0; k < 3; ++k) {
-        triangle[k] = add_vertex(part, face.mIndices[k], coordinate_set, T_object_part);
+        corners[k] = vertex_of(part, face.mIndices[k], coordinate_set, T_object_part);
       }
       if (mirrored) {
-        std::swap(triangle[1], triangle[2]);
+        std::swap(corners[1], corners[2]);
       }
-      const bool degenerate = triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0];
-      if (!degenerate) {
-        mesh_.triangles.push_back(triangle);
-        mesh_.triangle_materials.push_back(material);
-      }
+      assembly_.add_triangle(corners, material);
     }
   }
 
-  std::uint32_t add_vertex(const aiMesh& part, unsigned index, unsigned coordinate_set,
-                           const aiMatrix4x4& T_object_part) {
+  Vertex vertex_of(const aiMesh& part, unsigned index, unsigned coordinate_set,
+                   const aiMatrix4x4& T_object_part) const {
     const aiVector3D position = T_object_part * part.mVertices[index];
-    Vertex vertex{
-        (Eigen::Vector3d(position.x, position.y, position.z) * scale_).cast<float>(), Eigen::Vector2f::Zero(), {}};
-    if (with_coordinates_ && part.HasTextureCoords(coordinate_set)) {
+    Vertex vertex;
+    vertex.position = (Eigen::Vector3d(position.x, position.y, position.z) * scale_).cast<float>();
+    if (part.HasTextureCoords(coordinate_set)) {
       const aiVector3D& coordinate = part.mTextureCoords[coordinate_set][index];
       vertex.texture_coordinate = {coordinate.x, coordinate.y};
     }
@@ -217,32 +160,35 @@ class MeshBuilder {
       const aiColor4D& color = part.mColors[0][index];
       vertex.color = {to_byte(color.r), to_byte(color.g), to_byte(color.b), to_byte(color.a)};
     }
-    const auto [entry, is_new] = vertices_.try_emplace(vertex, static_cast<std::uint32_t>(mesh_.positions.size()));
-    if (is_new) {
-      mesh_.positions.push_back(vertex.position);
-      if (with_coordinates_) {
-        mesh_.texture_coordinates.push_back(vertex.texture_coordinate);
-      }
-      if (with_colors_) {
-        mesh_.colors.push_back(vertex.color);
-      }
-    }
-    return entry->second;
+    return vertex;
   }
 
   const aiScene& scene_;
   const fs::path& path_;
   double scale_;
-  bool with_coordinates_ = false;
-  bool with_colors_ = false;  // parts without colours get alpha 0 then: surface that gives no constraints
-  Mesh mesh_;
+  MeshAssembly assembly_;
   std::map<std::pair<unsigned, bool>, std::uint32_t> materials_;  // assimp's index, textured -> ours
-  std::unordered_map<Vertex, std::uint32_t, VertexHash> vertices_;
 };
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+Mesh load_with_assimp(const fs::path& path, double scale) {
+  Assimp::Importer importer;
+  if (!path.has_extension() || !importer.IsExtensionSupported(path.extension().string())) {
+    throw Error(ErrorCode::file,
+                fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY or glTF", path.string()));
+  }
+  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+  if (scene == nullptr) {
+    throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read ({}): is the file complete and readable?",
+                                             path.string(), importer.GetErrorString()));
+  }
+  return SceneReader(*scene, path, scale).read();
 }
 
 }  // namespace
@@ -253,20 +199,15 @@ Mesh load_model(const fs::path& path, double scale) {
                 fmt::format("the model's scale is {}: give a positive number, 0.001 for millimetres", scale));
   }
   require_file(path, "model");
-  Assimp::Importer importer;
-  if (!path.has_extension() || !importer.IsExtensionSupported(path.extension().string())) {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY or glTF", path.string()));
+  std::optional<Mesh> mesh;
+  if (lower_extension(path) == ".ply") {
+    mesh = load_ply_with_corner_coordinates(path, scale);
   }
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType);
-  if (scene == nullptr) {
-    throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read ({}): is the file complete and readable?",
-                                             path.string(), one_line(importer.GetErrorString())));
+  if (!mesh) {
+    mesh = load_with_assimp(path, scale);
   }
-  Mesh mesh = MeshBuilder(*scene, path, scale).build();
   try {
-    mesh.validate();
+    mesh->validate();
   } catch (const Error& error) {
     std::string reason = error.what();
     if (reason.starts_with("model: ")) {
@@ -274,7 +215,7 @@ Mesh load_model(const fs::path& path, double scale) {
     }
     throw Error(ErrorCode::model, fmt::format("model '{}': {}", path.string(), reason));
   }
-  return mesh;
+  return *std::move(mesh);
 }
 
 }  // namespace holdfast::io

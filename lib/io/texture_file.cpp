@@ -4,6 +4,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <string_view>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -45,11 +46,22 @@ Texture texture_from_image(const cv::Mat& image, const std::string& name) {
   return texture;
 }
 
+namespace {
+
+/// libpng and libjpeg write to stderr when a file ends early, so that is looked for before they are asked.
+bool ends_early(std::string_view bytes) {
+  const bool png = bytes.starts_with("\x89PNG");
+  const bool jpeg = bytes.starts_with("\xff\xd8");
+  return (png && bytes.rfind("IEND") == bytes.npos) || (jpeg && bytes.rfind("\xff\xd9") == bytes.npos);
+}
+
+}  // namespace
+
 Texture decode_texture(const void* bytes, std::size_t size, const std::string& name) {
   cv::Mat image;
   try {
     const cv::Mat encoded(1, static_cast<int>(size), CV_8U, const_cast<void*>(bytes));
-    if (size > 0) {
+    if (size > 0 && !ends_early({static_cast<const char*>(bytes), size})) {
       image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
     }
   } catch (const cv::Exception&) {

@@ -1,0 +1,66 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "evaluation/report.hpp"
+#include "holdfast/error.hpp"
+
+namespace holdfast::evaluation {
+namespace {
+
+constexpr double kMillimetres = 1e3;
+
+/// Empty where the distance was not computed.
+std::string optional_mm(double metres) { return metres < 0 ? "" : fmt::format("{:.4f}", kMillimetres * metres); }
+
+}  // namespace
+
+void write_frames_csv(const std::filesystem::path& path, const std::vector<Evaluation>& evaluations) {
+  std::ofstream out(path);
+  out << "sequence,step,offset,frame,visible,counted,failed,status,reason,error_mm,error_x_mm,error_y_mm,error_z_mm,"
+         "error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,passed_pixels,"
+         "used_pixels,rows,iterations,ms,ms_upload,ms_render,ms_filter,ms_search,ms_solve";
+  for (const char* whose : {"true", "estimated"}) {
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        out << fmt::format(",{}_{}{}", whose, row, column);
+      }
+    }
+  }
+  out << '\n';
+  for (const Evaluation& evaluation : evaluations) {
+    for (const FrameRecord& record : evaluation.records) {
+      const FrameResult& result = record.result;
+      std::string reason = result.reason;
+      std::replace(reason.begin(), reason.end(), ',', ';');
+      std::replace(reason.begin(), reason.end(), '\n', ' ');
+      out << fmt::format("{},{},{},{},{:.4f},{:d},{:d},{},{}", evaluation.sequence, record.step, record.offset,
+                         record.frame, record.visible, record.counted, record.failed,
+                         result.status == Status::held ? "held" : "lost", reason);
+      out << fmt::format(",{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{}", kMillimetres * record.error.distance(),
+                         kMillimetres * record.error.translation.x(), kMillimetres * record.error.translation.y(),
+                         kMillimetres * record.error.translation.z(), to_degrees(record.error.rotation),
+                         optional_mm(record.add), optional_mm(record.add_s));
+      out << fmt::format(",{:.5f},{:.6f},{},{},{},{},{},{},{}", result.correlation, result.residual,
+                         result.visible_pixels, result.usable_pixels, result.gradient_pixels, result.passed_pixels,
+                         result.used_pixels, result.rows, result.iterations);
+      out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
+                         result.ms.render, result.ms.filter, result.ms.search, result.ms.solve);
+      for (const Pose* pose : {&record.T_camera_object_true, &result.T_camera_object}) {
+        for (int row = 0; row < 3; ++row) {
+          for (int column = 0; column < 4; ++column) {
+            out << fmt::format(",{:.9g}", pose->matrix()(row, column));
+          }
+        }
+      }
+      out << '\n';
+    }
+  }
+  out.flush();
+  if (!out) {
+    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
+  }
+}
+
+}  // namespace holdfast::evaluation
