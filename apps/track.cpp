@@ -220,7 +220,7 @@ int TrackCommand::run() const {
     return kInterrupted;
   }
   if (early) {
-    print_warning(*early);
+    print_error(*early);
     return kInput;
   }
   return require_held && summary.lost > 0 ? kLost : kOk;

@@ -115,7 +115,7 @@ void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
       const double light = index == 0 ? 0.45 : 0.9;  // what the object does not cover steps back
       for (int c = 0; c < 3; ++c) {
         out[x][c] = cv::saturate_cast<std::uint8_t>((1 - style.opacity) * light * grey[x][c] +
-                                                    style.opacity * style.color[c] * (0.35 + 0.65 * grey[x][c] / 255));
+                                                    style.opacity * style.color[c] * (0.5 + 0.5 * grey[x][c] / 255));
       }
     }
   }

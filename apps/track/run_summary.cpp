@@ -89,6 +89,9 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
 std::string summary_text(const RunSummary& summary) {
   std::string text = fmt::format("{} frames{}: {} held, {} lost\n", summary.frames,
                                  summary.complete ? "" : " (ended early)", summary.held, summary.lost);
+  if (summary.frames == 0) {
+    return text;
+  }
   if (summary.lost > 0) {
     text += fmt::format("  lost     frames {}{}\n", text_of(summary.lost_ranges),
                         summary.first_loss_reason.empty() ? "" : "; first: " + summary.first_loss_reason);

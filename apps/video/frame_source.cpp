@@ -188,8 +188,10 @@ class VideoReader : public Reader {
     const std::int64_t wanted = std::min(wanted_end, promised_);
     const std::int64_t tolerance = std::max<std::int64_t>(1, promised_ / 100);
     if (read_ + tolerance < wanted) {
-      return fmt::format("'{}' promises {} frames, but only {} can be decoded: it is damaged or cut short", path_,
-                         promised_, read_);
+      return fmt::format(
+          "'{}' promises {} frames, but only {} can be decoded: it is damaged or cut short; copy or record it "
+          "again",
+          path_, promised_, read_);
     }
     return std::nullopt;
   }
@@ -218,7 +220,7 @@ class VideoReader : public Reader {
 class CameraReader : public Reader {
  public:
   CameraReader(int number, int width, int height, double frame_rate) : number_(number) {
-    if (!capture_.open(number)) {
+    if (!capture_.open(number, cv::CAP_V4L2)) {
       throw Error(ErrorCode::file,
                   fmt::format("cannot open camera {}: is it connected (/dev/video{}), free, and are you allowed to use "
                               "it?",
