@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "commands.hpp"
 #include "config_file.hpp"
@@ -19,7 +20,9 @@ constexpr const char* kExitCodes =
 /// The program's messages are one line each: OpenCV and FFmpeg stay silent unless the user asks for their logs.
 void silence_libraries() {
   constexpr int keep = 0;
-  setenv("OPENCV_LOG_LEVEL", "SILENT", keep);
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {  // OpenCV has read it before main()
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  }
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", keep);
 }
 
@@ -49,6 +52,7 @@ int main(int argc, char** argv) {
   enable_config_file(app);
 
   int exit_code = kOk;
+  holdfast::add_track_command(app, exit_code);
   holdfast::add_devices_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);
   app.footer(std::string("'holdfast COMMAND --help' lists a command's options.\n\n") + kExitCodes);
