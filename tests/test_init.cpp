@@ -2,12 +2,21 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdlib>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "holdfast/io.hpp"
+#include "init/check_picture.hpp"
+#include "init/click_session.hpp"
 #include "init/point_pairs.hpp"
 #include "init/pose_from_points.hpp"
+#include "init/refine_on_frame.hpp"
+#include "simulation/sequence.hpp"
+#include "simulation/textured_box.hpp"
 #include "support/files.hpp"
 
 using namespace holdfast;
@@ -88,7 +97,7 @@ TEST_CASE("Point pairs that cannot be used: one line that names file, line and f
   CHECK_ERROR(load("0,0,0,1,1\n1,2,three,4,5\n"), ErrorCode::pose, "line 2", "'three' is not a number");
   CHECK_ERROR(load("0,0,0,nan,1\n"), ErrorCode::pose, "line 1", "not finite");
   CHECK_ERROR(load("x,y,z,u,v\nx,y,z,u,v\n"), ErrorCode::pose, "line 2", "'x' is not a number");
-  CHECK_ERROR(save_point_pairs(folder / "no/such.csv", {}), ErrorCode::output, "cannot be written");
+  CHECK_ERROR(save_point_pairs(folder / "no/such.csv", {}), ErrorCode::output, "cannot write");
 }
 
 TEST_CASE("A pose from exact points is exact: corners of a box, of a plane, four or eight, with distortion") {
@@ -219,4 +228,185 @@ TEST_CASE("Mistaken pairs and ambiguous views are said") {
   const PoseFromPoints ambiguous = pose_from_points(seen(square, kCamera, pose), kCamera);
   REQUIRE(ambiguous.warnings.size() == 1);
   CHECK(ambiguous.warnings[0].find("another pose") != std::string::npos);
+}
+
+namespace {
+
+Mesh box_mesh() {
+  Mesh mesh;
+  for (const Eigen::Vector3d& corner : box_corners()) {
+    mesh.positions.push_back(corner.cast<float>());
+  }
+  mesh.triangles = {{0, 1, 2}, {1, 3, 2}, {4, 6, 5}, {5, 6, 7}, {0, 4, 1}, {1, 4, 5},
+                    {2, 3, 6}, {3, 7, 6}, {0, 2, 4}, {2, 6, 4}, {1, 5, 3}, {3, 5, 7}};
+  return mesh;
+}
+
+Mesh sphere_mesh(int rings) {
+  Mesh mesh;
+  for (int ring = 0; ring <= rings; ++ring) {
+    for (int i = 0; i < 2 * rings; ++i) {
+      const double polar = M_PI * ring / rings;
+      const double azimuth = M_PI * i / rings;
+      mesh.positions.push_back((0.05 * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+                                                       std::sin(polar) * std::sin(azimuth), std::cos(polar)))
+                                   .cast<float>());
+    }
+  }
+  const auto index = [rings](int ring, int i) {
+    return static_cast<std::uint32_t>(2 * rings * ring + i % (2 * rings));
+  };
+  for (int ring = 0; ring < rings; ++ring) {
+    for (int i = 0; i < 2 * rings; ++i) {
+      mesh.triangles.push_back({index(ring, i), index(ring + 1, i), index(ring, i + 1)});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("Vertices to click: all of a box, seams once, a few far apart of a dense model") {
+  Mesh box = box_mesh();
+  box.positions.insert(box.positions.end(), box.positions.begin(), box.positions.end());
+  CHECK(vertices_to_click(box).size() == 8);
+
+  const std::vector<Eigen::Vector3d> spread = vertices_to_click(sphere_mesh(20));
+  CHECK(spread.size() >= 8);
+  CHECK(spread.size() <= 24);
+  for (std::size_t i = 0; i < spread.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      CHECK((spread[i] - spread[j]).norm() > 0.03);  // of a sphere of radius 0.05
+    }
+  }
+}
+
+TEST_CASE("A click session turns clicks into the pairs of the vertices it asked for") {
+  std::mt19937 random(6);
+  const Pose expected = random_pose(random);
+  const Mesh mesh = box_mesh();
+  const cv::Mat frame(480, 640, CV_8UC3, cv::Scalar(60, 60, 60));
+  ClickSession session(frame, mesh, kCamera);
+  const EnlargedFrame enlarged(frame);
+  CHECK(enlarged.factor() == 2);
+  const std::vector<Eigen::Vector3d> vertices = vertices_to_click(mesh);
+  const auto place_of = [&](std::size_t i) { return enlarged.to_picture(kCamera.project(expected * vertices[i])); };
+
+  CHECK(session.pairs().empty());
+  session.back();  // nothing to go back to
+  session.click(place_of(0));
+  session.click({1, 1});  // a slip
+  session.back();
+  session.click(place_of(1));
+  session.skip();
+  for (std::size_t i = 3; i < 7; ++i) {
+    session.click(place_of(i));
+  }
+  const cv::Mat before_last = session.picture();
+  CHECK_FALSE(session.all_asked());
+  session.click(place_of(7));
+  CHECK(session.all_asked());
+  session.click({5, 5});  // nothing is asked for any more
+  const std::vector<PointPair> pairs = session.pairs();
+  REQUIRE(pairs.size() == 7);
+  CHECK(pairs[2].name == "vertex 4");
+  CHECK((pairs[2].pixel - kCamera.project(expected * vertices[3])).norm() < 1e-9);
+  CHECK(angle_between(pose_from_points(pairs, kCamera).T_camera_object, expected) < 1e-6);
+  CHECK(cv::norm(before_last, session.picture()) > 0);
+
+  const cv::Mat before_turn = session.picture();
+  session.turn_model(0.5, 0);
+  CHECK(cv::norm(before_turn, session.picture()) > 0);
+}
+
+TEST_CASE("Clicking without a display is refused in one line") {
+  unsetenv("WAYLAND_DISPLAY");
+  unsetenv("DISPLAY");
+  CHECK_ERROR(require_display(), ErrorCode::invalid_argument, "--click needs a display", "--points");
+  setenv("DISPLAY", ":9753", 1);
+  CHECK_ERROR(require_display(), ErrorCode::invalid_argument, "--click needs a display", "does not answer");
+  unsetenv("DISPLAY");
+}
+
+TEST_CASE("The enlarged frame keeps pixel centres") {
+  cv::Mat frame(60, 80, CV_8UC3, cv::Scalar(0, 0, 0));
+  frame.at<cv::Vec3b>(20, 30) = {255, 255, 255};
+  EnlargedFrame enlarged(frame);
+  CHECK(enlarged.factor() == 16);
+  cv::Mat grey;
+  cv::cvtColor(enlarged.picture(), grey, cv::COLOR_BGR2GRAY);
+  const cv::Moments moments = cv::moments(grey);
+  const Eigen::Vector2d place = enlarged.to_picture({30, 20});
+  CHECK(moments.m10 / moments.m00 == doctest::Approx(place.x()).epsilon(1e-3));
+  CHECK(moments.m01 / moments.m00 == doctest::Approx(place.y()).epsilon(1e-3));
+  CHECK((enlarged.to_frame(place) - Eigen::Vector2d(30, 20)).norm() < 1e-12);
+}
+
+TEST_CASE("The check picture shows the outline where the object is, bent by the lens") {
+  Camera bent = kCamera;
+  bent.distortion[0] = -0.3;
+  const cv::Mat frame(480, 640, CV_8UC3, cv::Scalar(0, 0, 0));
+  const Line line{{20, 20}, {600, 20}};
+  const cv::Mat picture = check_picture(frame, bent, Pose::Identity(), {line}, {});
+  const EnlargedFrame enlarged(frame);
+  for (const double x : {100.0, 320.0, 500.0}) {
+    const Eigen::Vector2d place = enlarged.to_picture(bent.distort({x, 20}));
+    const cv::Vec3b color =
+        picture.at<cv::Vec3b>(static_cast<int>(std::lround(place.y())), static_cast<int>(std::lround(place.x())));
+    CHECK(color[1] > 100);
+  }
+  CHECK_ERROR(save_picture("/no/such/folder/p.png", picture), ErrorCode::output, "p.png", "folder");
+  CHECK_ERROR(save_picture("p.nothing", picture), ErrorCode::output, "p.nothing", ".png");
+}
+
+TEST_CASE("A pose from points a few pixels off is refined on the frame; a frame without the object leaves it alone") {
+  const Mesh mesh = simulation::textured_box();
+  simulation::SequenceOptions options;
+  options.frames = 1;
+  options.seed = 5;
+  options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
+  const simulation::Sequence sequence(mesh, options);
+  const simulation::SimulatedFrame frame = sequence.make(0);
+  std::vector<Eigen::Vector3d> corners;
+  for (const Eigen::Vector3d& vertex : vertices_to_click(mesh)) {
+    corners.push_back(vertex);
+  }
+  REQUIRE(corners.size() == 8);
+  std::vector<PointPair> pairs = seen(corners, options.camera, frame.T_camera_object);
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 1.5);
+  for (PointPair& pair : pairs) {
+    pair.pixel += Eigen::Vector2d(noise(random), noise(random));
+  }
+  const PoseFromPoints from_points = pose_from_points(pairs, options.camera);
+  const auto error = [&frame](const Pose& pose) {
+    return (pose.translation() - frame.T_camera_object.translation()).norm();
+  };
+  REQUIRE(error(from_points.T_camera_object) > 2e-3);  // else there is nothing to refine
+
+  const Device device;
+  const RefinementOnFrame refined =
+      refine_on_frame(mesh, options.camera, device, frame.image, pairs, from_points.T_camera_object);
+  CAPTURE(refined.reason);
+  CHECK(refined.accepted);
+  CHECK(error(refined.T_camera_object) < 1e-3);
+  CHECK(angle_between(refined.T_camera_object, frame.T_camera_object) < 0.005);
+  CHECK(refined.correlation > 0.8);
+
+  const cv::Mat empty(options.camera.height, options.camera.width, CV_8UC3, cv::Scalar(90, 90, 90));
+  const RefinementOnFrame lost =
+      refine_on_frame(mesh, options.camera, device, empty, pairs, from_points.T_camera_object);
+  CHECK_FALSE(lost.accepted);
+  CHECK_FALSE(lost.reason.empty());
+  CHECK(lost.T_camera_object.isApprox(from_points.T_camera_object, 0));
+
+  // The object is seen, but not where the points say.
+  for (PointPair& pair : pairs) {
+    pair.pixel.x() += 12;
+  }
+  const PoseFromPoints elsewhere = pose_from_points(pairs, options.camera);
+  const RefinementOnFrame disagreeing =
+      refine_on_frame(mesh, options.camera, device, frame.image, pairs, elsewhere.T_camera_object);
+  CHECK_FALSE(disagreeing.accepted);
+  CHECK_FALSE(disagreeing.reason.empty());
 }

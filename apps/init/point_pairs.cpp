@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <string_view>
 
 #include "holdfast/error.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -115,18 +114,12 @@ std::vector<PointPair> load_point_pairs(const fs::path& path, double scale) {
 }
 
 void save_point_pairs(const fs::path& path, const std::vector<PointPair>& pairs) {
-  std::ofstream file(path, std::ios::trunc);
-  file << "# x_m,y_m,z_m,u_px,v_px\n";
+  std::string text = "# x_m,y_m,z_m,u_px,v_px\n";
   for (const PointPair& pair : pairs) {
-    file << fmt::format("{:.9g},{:.9g},{:.9g},{:.2f},{:.2f}\n", pair.p_object.x(), pair.p_object.y(), pair.p_object.z(),
+    text += fmt::format("{:.9g},{:.9g},{:.9g},{:.2f},{:.2f}\n", pair.p_object.x(), pair.p_object.y(), pair.p_object.z(),
                         pair.pixel.x(), pair.pixel.y());
   }
-  file.close();
-  if (!file) {
-    throw Error(ErrorCode::output, fmt::format("'{}' cannot be written ({}): check that its folder exists and is "
-                                               "writable",
-                                               path.string(), std::strerror(errno)));
-  }
+  OutputFile(path).write(text);
 }
 
 }  // namespace holdfast::app
