@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
   enable_config_file(app);
 
   int exit_code = kOk;
+  holdfast::add_simulate_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);
   try {
     app.parse(argc, argv);

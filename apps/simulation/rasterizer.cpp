@@ -411,7 +411,7 @@ Eigen::Vector3f MipTexture::sample(const Eigen::Vector2f& texel, const Eigen::Ve
   // The footprint's width is its area over its length: right for sheared footprints too.
   const float width = std::abs(across.x() * down.y() - across.y() * down.x()) / longest;
   // Surfaces seen at a slant are averaged along the footprint, not blurred in both directions.
-  const int probes = std::clamp(static_cast<int>(std::ceil(longest / std::max(width, 0.5f) - 0.3f)), 1, 8);
+  const int probes = std::clamp(static_cast<int>(std::ceil(longest / std::max(width, 0.5f) - 0.5f)), 1, 8);
   const float level = std::log2(std::max(longest / static_cast<float>(probes), 1.0f));
   Eigen::Array4f sum = Eigen::Array4f::Zero();
   for (int i = 0; i < probes; ++i) {

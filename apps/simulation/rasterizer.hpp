@@ -102,8 +102,8 @@ struct Layer {
   std::int64_t visible_samples = 0;  ///< of these, with nothing in front
 };
 
-/// Draws a scene with `samples` x `samples` samples a pixel through an ideal (undistorted) camera. With `shade` false
-/// only the shares and counts are made.
+/// Draws a scene with `samples` x `samples` samples a pixel; the camera's lens distortion is left out (lens.hpp adds
+/// it). With `shade` false only the shares and counts are made.
 Layer draw(const Scene& scene, const Camera& camera, int samples, bool shade = true);
 
 }  // namespace holdfast::simulation
