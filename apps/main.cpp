@@ -2,6 +2,7 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <opencv2/core/utils/logger.hpp>
 
 #include "commands.hpp"
 #include "config_file.hpp"
@@ -14,13 +15,14 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 wrong option, 3 an input (model, video, camera, pose) is missing or unusable, 4 no OpenCL\n"
     "device or renderer, 5 an output cannot be written, 6 lost with 'track --require-held', 130 interrupted by "
     "Ctrl-C,\n"
-    "1 anything unexpected.\n"
-    "'holdfast COMMAND --help' lists a command's options.";
+    "1 anything unexpected.";
 
 /// The program's messages are one line each: OpenCV and FFmpeg stay silent unless the user asks for their logs.
 void silence_libraries() {
   constexpr int keep = 0;
-  setenv("OPENCV_LOG_LEVEL", "SILENT", keep);
+  if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {  // OpenCV has read it before main()
+    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  }
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", keep);
 }
 
@@ -45,13 +47,16 @@ int main(int argc, char** argv) {
       "holdfast");
   app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
   app.require_subcommand(1);
-  app.footer(kExitCodes);
+  app.footer(kExitCodes);  // subcommands inherit it
   app.get_formatter()->column_width(38);
   enable_config_file(app);
 
   int exit_code = kOk;
+  holdfast::add_track_command(app, exit_code);
+  holdfast::add_devices_command(app, exit_code);
   holdfast::add_simulate_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);
+  app.footer(std::string("'holdfast COMMAND --help' lists a command's options.\n\n") + kExitCodes);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,7 +1,7 @@
 /* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 6, 11 to 13 of
    docs/math.md. */
 
-/* Counting and passing pixels of the 9x9 neighbourhood of a row's lanes. */
+/* Counting and passing pixels of the square neighbourhood of a row's lanes. */
 #if HF_STRIPS
 typedef struct {
   uchar16 counted[2], passed[2];
@@ -16,12 +16,12 @@ void add_row(__global const uchar* row, vote_columns* columns, uchar weight) {
   }
 }
 
-int16 neighbourhood_sum(const uchar16* columns) {
+int16 neighbourhood_sum(const uchar16* columns, int radius) {
   uchar line[32];
   vstore16(columns[0], 0, line);
   vstore16(columns[1], 1, line);
   uchar16 sum = (uchar16)(0);
-  for (int k = 0; k <= 2 * HF_VOTE_RADIUS; ++k) sum += vload16(0, line + 8 - HF_VOTE_RADIUS + k);
+  for (int i = -radius; i <= radius; ++i) sum += vload16(0, line + 8 + i);
   return convert_int16(sum);
 }
 #endif
@@ -46,7 +46,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
   vote_columns columns;
   if (k.block_vote) {
     columns.counted[0] = columns.counted[1] = columns.passed[0] = columns.passed[1] = (uchar16)(0);
-    for (int row = -HF_VOTE_RADIUS; row < HF_VOTE_RADIUS; ++row) {
+    for (int row = -k.vote_radius; row < k.vote_radius; ++row) {
       add_row(classes + element(layout, x0 - 8, ty * HF_TILE + row), &columns, 1);
     }
   }
@@ -58,8 +58,8 @@ __kernel void flow_constraints(__global const float* value, __global const float
     lane_int class = TO_INT(LOAD(classes + e));
 #if HF_STRIPS
     if (k.block_vote) {
-      add_row(classes + element(layout, x0 - 8, y + HF_VOTE_RADIUS), &columns, 1);
-      if (row > 0) add_row(classes + element(layout, x0 - 8, y - HF_VOTE_RADIUS - 1), &columns, (uchar)255);
+      add_row(classes + element(layout, x0 - 8, y + k.vote_radius), &columns, 1);
+      if (row > 0) add_row(classes + element(layout, x0 - 8, y - k.vote_radius - 1), &columns, (uchar)255);
     }
 #endif
     const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
@@ -72,11 +72,11 @@ __kernel void flow_constraints(__global const float* value, __global const float
     total[HF_SUM_PASSED] += CHOOSE(zero, one, used);
     if (k.block_vote && ANY(used)) {
 #if HF_STRIPS
-      const lane_int counted = neighbourhood_sum(columns.counted), passed = neighbourhood_sum(columns.passed);
+      const lane_int counted = neighbourhood_sum(columns.counted, k.vote_radius), passed = neighbourhood_sum(columns.passed, k.vote_radius);
 #else
       int counted = 0, passed = 0;
-      for (int j = -HF_VOTE_RADIUS; j <= HF_VOTE_RADIUS; ++j) {
-        for (int i = -HF_VOTE_RADIUS; i <= HF_VOTE_RADIUS; ++i) {
+      for (int j = -k.vote_radius; j <= k.vote_radius; ++j) {
+        for (int i = -k.vote_radius; i <= k.vote_radius; ++i) {
           const int c = classes[element(layout, x0 + i, y + j)];
           const int counting = c >> 4;
           counted += counting;

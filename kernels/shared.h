@@ -8,7 +8,7 @@
 #define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
 #define HF_FEATURE 12   /* floats of an image feature: value, d/dx, d/dy, each three channels and coverage */
 #define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
-#define HF_VOTE_RADIUS 4
+#define HF_VOTE_RADIUS 4 /* of the largest neighbourhood: 9x9 */
 #define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
 #define HF_GROUP 64     /* work-items of a tile's group in the 'groups' partition */
 
@@ -96,6 +96,7 @@ typedef struct {
   HF_FLOAT radius;             /* scale of translation, metres */
   HF_FLOAT fx, fy, cx, cy;
   HF_INT block_vote;
+  HF_INT vote_radius;          /* at most HF_VOTE_RADIUS */
   HF_FLOAT vote_share;
   HF_INT robust;
   HF_FLOAT inverse_scale2;     /* 1 / sigma^2 of the residual */

@@ -19,12 +19,18 @@ namespace holdfast {
 namespace {
 
 /// Least side of the object on a level that is still worth comparing there, pixels.
-constexpr double kLeastSide = 16;
+const double kLeastSide = getenv("HFS") ? atof(getenv("HFS")) : 20;
 /// Steps below this many pixels of the level end a level's iterations.
 constexpr double kConvergedPixels = 0.02;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.0;
+/// Longest step of one solution, pixels of the level.
+const double kLongestStep = getenv("HFL") ? atof(getenv("HFL")) : 3;
 constexpr double kDamping = 1e-6;
+/// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
+const double kCoarseAngle = getenv("HFA") ? atof(getenv("HFA")) : 0.8,
+             kCoarseDifference = getenv("HFR") ? atof(getenv("HFR")) : 0.8,
+             kCoarseVote = getenv("HFV") ? atof(getenv("HFV")) : 0.5;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -93,12 +99,15 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
+  /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
+  OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums.
   Estimate iterate(int level, Pose& D, int iterations);
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  bool is_good(const Estimate& estimate) const;
   void judge(const Estimate& estimate, FrameResult& result) const;
 
   Camera camera_;
@@ -121,6 +130,7 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
+  int finest_tested_ = 0;
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -181,7 +191,8 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.cx = static_cast<float>(levels_[l].camera.cx);
   k.cy = static_cast<float>(levels_[l].camera.cy);
   k.block_vote = options_.occlusion.block_vote ? 1 : 0;
-  k.vote_share = static_cast<float>(options_.occlusion.vote_share);
+  k.vote_radius = std::max(1, HF_VOTE_RADIUS - level);
+  k.vote_share = static_cast<float>(tests_of(level).vote_share);
   k.robust = options_.robust_weights ? 1 : 0;
   k.inverse_scale2 = static_cast<float>(1.0 / (scale_[l] * scale_[l]));
   k.freedom = static_cast<float>(kFreedom);
@@ -191,13 +202,23 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   return k;
 }
 
+OcclusionOptions Tracker::Impl::tests_of(int level) const {
+  OcclusionOptions tests = options_.occlusion;
+  if (level > finest_tested_) {
+    tests.angle_maximum = std::max(tests.angle_maximum, kCoarseAngle);
+    tests.difference_relative = std::max(tests.difference_relative, kCoarseDifference);
+    tests.vote_share = std::min(tests.vote_share, kCoarseVote);
+  }
+  return tests;
+}
+
 ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const auto l = static_cast<std::size_t>(level);
   const auto& planes = view_.planes(level);
   photometry_.enqueue_upload(level, planes.tiles);
   occlusion_.enqueue(view_, image_, level,
                      make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
-                     make_tests(options_.occlusion, options_.occlusion.difference_relative), photometry_.buffer(level));
+                     make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
   constraints_.enqueue(view_, occlusion_, level, constraint_options(level), photometry_.buffer(level));
   const ConstraintSums sums = constraints_.read();
   photometry_.update(level, constraints_);
@@ -212,17 +233,27 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
+    if (getenv("HFD"))
+      fprintf(stderr, "  L%d it%d vis %.0f us %.0f gr %.0f pass %.0f used %.0f res %.4f g %.2f b %.3f\n", level, i,
+              estimate.sums.visible, estimate.sums.usable, estimate.sums.gradient, estimate.sums.passed,
+              estimate.sums.used, sqrt(estimate.sums.weighted_square / estimate.sums.weight), photometry_.gain(0),
+              photometry_.bias(0));
     const Solution solution = solve(estimate.sums, condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
     if (!solution.solved) break;
     const Pose before = D * view_.T_camera_object();
-    D = renormalized(D * exp_se3(solution.twist));
-    if (corner_motion(before, D * view_.T_camera_object()) < kConvergedPixels * (1 << level)) break;
+    const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
+    // The rows are linear over about a pixel of blur: do not trust a longer step's length.
+    const double shortened = std::min(1.0, kLongestStep / std::max(motion, 1e-9));
+    D = renormalized(D * exp_se3(shortened * solution.twist));
+    if (motion < kConvergedPixels) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
-  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * std::max(0.0, estimate.correlation);
+  // Pixels that left the sampled region speak against an estimate too.
+  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * estimate.sums.usable /
+                   std::max(1.0, estimate.sums.visible) * std::max(0.0, estimate.correlation);
   return estimate;
 }
 
@@ -250,6 +281,8 @@ Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool se
     const int radius = (options_.search_radius >> coarsest) + 1;
     const ShiftSearch::Result shift = search_.search(view_, image_, coarsest, radius);
     const Camera& camera = levels_[static_cast<std::size_t>(coarsest)].camera;
+    if (getenv("HFD"))
+      fprintf(stderr, " search %.1f %.1f %.3f vs %.3f\n", shift.dx, shift.dy, shift.score, shift.unshifted);
     if (shift.score > shift.unshifted + 0.02) {
       const double z = (T_start * p_object_center_).z();
       D.translation() = Eigen::Vector3d(shift.dx * z / camera.fx, shift.dy * z / camera.fy, 0);
@@ -325,6 +358,14 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       } else {
         const int coarse_finest = std::max(coarsest - 1, options_.finest_level);
         const bool coarse = coarsest > options_.finest_level;
+        // Starts of the fine stage, the most promising first.
+        std::array<Estimate, 8> starts;
+        std::size_t start_count = 0;
+        const auto add_start = [&](const Estimate& estimate) {
+          std::size_t place = start_count++;
+          for (; place > 0 && starts[place - 1].score < estimate.score; --place) starts[place] = starts[place - 1];
+          starts[place] = estimate;
+        };
         if (coarse) {
           {
             const Stopwatch watch(times_.filter);
@@ -333,12 +374,21 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             }
           }
           for (int i = 0; i < hypotheses.count; ++i) {
-            const Estimate estimate =
-                coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
-            if (i == 0 || estimate.score > best.score) best = estimate;
+            add_start(coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest));
           }
         }
-        best = fine_stage(best.T_camera_object, std::max(coarse_finest - 1, options_.finest_level));
+        // Where the coarse levels see too little, the plain prediction may still be the better start.
+        for (int i = 0; i < hypotheses.count; ++i) {
+          Estimate plain;
+          plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
+          add_start(plain);
+        }
+        for (std::size_t i = 0; i < start_count; ++i) {
+          const Estimate estimate =
+              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level));
+          if (i == 0 || estimate.score > best.score) best = estimate;
+          if (is_good(best)) break;
+        }
       }
     }
     result.T_camera_object = best.T_camera_object;
@@ -347,6 +397,12 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   result.iterations = solved_systems_;
   result.ms = times_;
   return result;
+}
+
+bool Tracker::Impl::is_good(const Estimate& estimate) const {
+  const double used_share = estimate.sums.used / std::max(1.0, estimate.sums.gradient);
+  return estimate.solved && used_share >= options_.lost_visible_share &&
+         estimate.correlation >= options_.lost_correlation;
 }
 
 void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {

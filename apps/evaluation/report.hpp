@@ -21,11 +21,11 @@ struct Evaluation {
 
 /// How evaluations were made, for the reader of a report.
 struct Provenance {
-  std::string protocol;  ///< "never-reset", "rbot" or "poses"
+  std::string protocol = {};  ///< "never-reset", "rbot" or "poses"
   Tolerance failure = tolerance_mm_deg(50, 5);
   double minimum_visible = 0;
   bool show_start_frame = false;
-  std::string tracker;  ///< device and renderer in words, or the file of poses
+  std::string tracker = {};  ///< device and renderer in words, or the file of poses
 };
 
 /// A line an evaluation, columns aligned, and a line of means where there are several sequences. The rbot protocol has

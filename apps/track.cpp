@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "commands.hpp"
+#include "common_options.hpp"
+#include "config_file.hpp"
+#include "exit_codes.hpp"
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+#include "holdfast/tracker.hpp"
+#include "messages.hpp"
+#include "track/interruption.hpp"
+#include "track/pipeline.hpp"
+#include "track/progress.hpp"
+#include "track/run_files.hpp"
+#include "track/run_summary.hpp"
+#include "video/frame_source.hpp"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+using namespace app;
+
+struct TrackCommand {
+  std::string input;
+  ModelArguments model;
+  CameraArguments camera;
+  InitPoseArguments init;
+  DeviceArguments device;
+  TrackerArguments tracker;
+  std::int64_t start = 0;
+  std::optional<std::int64_t> stop;
+  std::int64_t stride = 1;
+  double frame_rate = 0;
+  OutputPaths outputs;
+  bool require_held = false;
+  bool quiet = false;
+
+  void add_to(CLI::App& command);
+  int run() const;
+
+ private:
+  FrameSourceOptions source_options() const;
+  void require_separate_files() const;
+  std::string run_json(const Tracker& used) const;
+};
+
+void TrackCommand::add_to(CLI::App& command) {
+  command
+      .add_option("input", input,
+                  "Video file, image folder, image pattern (frames/%06d.png, 'frames/*.png'), or a camera's number")
+      ->required()
+      ->type_name("INPUT");
+  model.add_to(command);
+  camera.add_to(command);
+  init.add_to(command);
+
+  constexpr const char* frames_group = "Frames";
+  command.add_option("--start", start, "First frame tracked, the one that --init is the pose in [0]")
+      ->type_name("N")
+      ->group(frames_group);
+  command.add_option("--stop", stop, "First frame not tracked any more [end]")->type_name("N")->group(frames_group);
+  command.add_option("--stride", stride, "Track every N-th frame [1]")->type_name("N")->group(frames_group);
+  command.add_option("--frame-rate", frame_rate, "Frames a second of images [30]; for a video instead of its own")
+      ->type_name("RATE")
+      ->group(frames_group);
+
+  constexpr const char* output_group = "Results";
+  command.add_option("--poses", outputs.poses, "CSV: pose, status and figures, a row a frame")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--tum", outputs.tum, "TUM trajectory of the frames that are held")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--json", outputs.json, "JSON: all that the CSV has, times, information matrices, the summary")
+      ->type_name("FILE")
+      ->group(output_group);
+  command
+      .add_option("--overlay", outputs.overlay,
+                  "Video (.mp4, .mkv, .avi): the model's outline, and pixels used (green) or rejected (red)")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--contact-sheet", outputs.contact_sheet, "Picture (.png) of frames spread over the run")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--contact-frames", outputs.contact_frames, "How many [20]")->type_name("N")->group(output_group);
+  command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
+  command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
+
+  device.add_to(command);
+  tracker.add_to(command);
+  add_config_option(command);
+}
+
+FrameSourceOptions TrackCommand::source_options() const {
+  FrameSourceOptions options;
+  options.start = start;
+  options.stop = stop;
+  options.stride = stride;
+  options.frame_rate = frame_rate;
+  const Camera calibration = io::load_camera(camera.path);
+  options.live_width = calibration.width;
+  options.live_height = calibration.height;
+  return options;
+}
+
+/// Results must not overwrite one another, nor what they are made from.
+void TrackCommand::require_separate_files() const {
+  const std::vector<fs::path> written = outputs.given();
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (fs::weakly_canonical(written[i]) == fs::weakly_canonical(written[j]) && !fs::is_character_file(written[i])) {
+        throw Error(ErrorCode::invalid_argument,
+                    fmt::format("two results would go to '{}': give each a file of its own", written[i].string()));
+      }
+    }
+    for (const fs::path& read : {fs::path(input), model.path, camera.path, init.path}) {
+      std::error_code failed;
+      if (fs::equivalent(written[i], read, failed)) {
+        throw Error(ErrorCode::invalid_argument,
+                    fmt::format("'{}' is an input and would be overwritten: give the result another name",
+                                written[i].string()));
+      }
+    }
+  }
+}
+
+std::string TrackCommand::run_json(const Tracker& used) const {
+  const Camera& seen_by = used.camera();
+  const nlohmann::ordered_json run = {
+      {"input", input},
+      {"model", model.path.string()},
+      {"model_scale", model.scale},
+      {"camera",
+       {{"width", seen_by.width},
+        {"height", seen_by.height},
+        {"fx", seen_by.fx},
+        {"fy", seen_by.fy},
+        {"cx", seen_by.cx},
+        {"cy", seen_by.cy},
+        {"distortion", seen_by.distortion}}},
+      {"mode", used.options().mode == Mode::paper ? "paper" : "default"},
+      {"tracker", used.description()},
+      {"pose_convention", "object to camera, metres; camera axes x right, y down, z forward"},
+      {"information_convention",
+       "inverse covariance of (v, w) in T_true = exp((v, w)) T: camera axes, metres and radians"}};
+  return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+ImageView view_of(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
+}
+
+int TrackCommand::run() const {
+  const Interruption interruption;
+  const TrackerOptions options = tracker.options();
+  require_separate_files();
+  FrameSource source(input, source_options());
+  const Camera calibrated = camera.load(source.size().width, source.size().height);
+  const Mesh mesh = model.load();
+  const Pose T_camera_object = init.load();
+  warn_about_units(mesh, T_camera_object, calibrated);
+  Tracker follower(mesh, calibrated, options, device.open());
+  follower.reset(T_camera_object);
+  RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
+                 source.frame_count(), run_json(follower));
+
+  SummaryBuilder figures;
+  Progress progress(quiet ? nullptr : stderr, source.frame_count());
+  PipelineParts parts;
+  parts.live = source.live();
+  parts.next = [&](Frame& frame) { return source.next(frame); };
+  parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
+  parts.track = [&](TrackedFrame& tracked) {
+    tracked.result = follower.track(view_of(tracked.frame.image));
+    if (tracked.pictured) {
+      tracked.mask = follower.pixel_mask();
+    }
+  };
+  parts.write = [&](TrackedFrame& tracked) {
+    files.write(tracked);
+    figures.add(tracked);
+    progress.update(tracked.ordinal + 1, tracked.result.status == Status::held);
+  };
+  parts.is_interrupted = [&] { return interruption.requested(); };
+  const PipelineReport report = run_pipeline(parts);
+  progress.clear();
+
+  const std::optional<std::string> early = source.ended_early();
+  RunSummary summary = figures.summary(report);
+  summary.complete = summary.complete && !early;
+  std::exception_ptr failure = report.failure;
+  try {
+    files.finish(summary);
+  } catch (...) {
+    failure = failure ? failure : std::current_exception();
+  }
+  if (!quiet) {
+    fmt::print("{}", summary_text(summary));
+    for (const fs::path& path : outputs.given()) {
+      fmt::print("  written  {}\n", path.string());
+    }
+    std::fflush(stdout);
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  if (report.interrupted) {
+    return kInterrupted;
+  }
+  if (early) {
+    print_error(*early);
+    return kInput;
+  }
+  return require_held && summary.lost > 0 ? kLost : kOk;
+}
+
+}  // namespace
+
+void add_track_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("track", "Follow an object through a video and write its poses");
+  const auto track = std::make_shared<TrackCommand>();
+  track->add_to(*command);
+  command->callback([track, &exit_code] { exit_code = track->run(); });
+}
+
+}  // namespace holdfast

@@ -1,0 +1,59 @@
+#include "track/output_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "holdfast/error.hpp"
+
+namespace holdfast::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void cannot_write(const fs::path& path, int error) {
+  std::error_code failed;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const std::string reason = error == ENOENT && !fs::exists(folder, failed)
+                                 ? fmt::format("the folder '{}' does not exist", folder.string())
+                                 : std::strerror(error);
+  throw Error(ErrorCode::output, fmt::format("cannot write '{}': {}", path.string(), reason));
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const fs::path& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
+  if (!file_) {
+    cannot_write(path_, errno);
+  }
+  can_rewind_ = std::fseek(file_.get(), 0, SEEK_CUR) == 0;
+}
+
+void OutputFile::write(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size() || std::fflush(file_.get()) != 0) {
+    cannot_write(path_, errno);
+  }
+}
+
+void OutputFile::rewind_to(long offset) {
+  if (std::fseek(file_.get(), offset, SEEK_SET) != 0) {
+    cannot_write(path_, errno);
+  }
+}
+
+void require_writable(const fs::path& path) {
+  std::error_code failed;
+  const bool existed = fs::exists(path, failed);
+  {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "a"), &std::fclose);
+    if (!file) {
+      cannot_write(path, errno);
+    }
+  }
+  if (!existed) {
+    fs::remove(path, failed);
+  }
+}
+
+}  // namespace holdfast::app

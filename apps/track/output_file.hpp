@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+
+namespace holdfast::app {
+
+/// A file being written; every failure (no permission, disk full) is an Error(output) that names it.
+class OutputFile {
+ public:
+  /// Creates or empties the file.
+  explicit OutputFile(const std::filesystem::path& path);
+
+  /// Writes and flushes, so that what was written survives whatever happens next.
+  void write(std::string_view text);
+
+  /// False for pipes and terminals.
+  bool can_rewind() const { return can_rewind_; }
+  /// Goes back: what is written next stands at byte `offset`.
+  void rewind_to(long offset);
+
+ private:
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::filesystem::path path_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  bool can_rewind_ = false;
+};
+
+/// Throws Error(output) when a file cannot be created or written at `path`; leaves what is there as it is.
+void require_writable(const std::filesystem::path& path);
+
+}  // namespace holdfast::app

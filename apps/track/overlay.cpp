@@ -1,0 +1,180 @@
+#include "track/overlay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+namespace holdfast::app {
+namespace {
+
+constexpr int kStripHeight = 52;
+// Panels neither too small for the text below them nor too large to play.
+constexpr double kNarrowestPanel = 560;
+constexpr double kWidestPanel = 960;
+constexpr int kSubpixelBits = 4;
+
+const cv::Scalar kHeldColor(120, 255, 90);
+const cv::Scalar kLostColor(60, 60, 255);
+const cv::Scalar kTextColor(235, 235, 235);
+const cv::Scalar kDimTextColor(165, 165, 165);
+const cv::Scalar kStripColor(28, 26, 24);
+
+struct ClassStyle {
+  const char* word;
+  cv::Vec3b color;
+  double opacity;
+};
+
+/// By value of PixelClass.
+const std::array<ClassStyle, 7> kClassStyles = {{{"", {0, 0, 0}, 0},
+                                                 {"margin", {200, 150, 110}, 0.35},
+                                                 {"flat", {190, 190, 190}, 0.25},
+                                                 {"angle", {30, 30, 255}, 0.75},
+                                                 {"difference", {20, 110, 255}, 0.75},
+                                                 {"vote", {150, 40, 190}, 0.75},
+                                                 {"used", {60, 230, 40}, 0.7}}};
+
+double panel_scale(const Camera& camera) {
+  const double width = camera.width;
+  return std::clamp(width, kNarrowestPanel, kWidestPanel) / width;
+}
+
+cv::Size panel_size(const Camera& camera) {
+  // Even, as video encoders want it.
+  const auto even = [](double value) { return std::max(2, static_cast<int>(std::lround(value / 2)) * 2); };
+  const double scale = panel_scale(camera);
+  return {even(camera.width * scale), even(camera.height * scale)};
+}
+
+/// Text with its left end at x; returns where the next may begin.
+int put_text(cv::Mat& image, const std::string& text, int x, int baseline, const cv::Scalar& color,
+             double size = 0.46) {
+  cv::putText(image, text, {x, baseline}, cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
+  return x + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr).width;
+}
+
+}  // namespace
+
+Overlay::Overlay(const Mesh& mesh, const Camera& camera)
+    : outline_(mesh, camera), scale_(panel_scale(camera)), panel_size_(panel_size(camera)) {
+  if (camera.has_distortion()) {
+    map_x_.create(camera.height, camera.width, CV_32F);
+    map_y_.create(camera.height, camera.width, CV_32F);
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const Eigen::Vector2d recorded = camera.distort({x, y});
+        map_x_.at<float>(y, x) = static_cast<float>(recorded.x());
+        map_y_.at<float>(y, x) = static_cast<float>(recorded.y());
+      }
+    }
+  }
+}
+
+cv::Size Overlay::overlay_size() const { return {2 * panel_size_.width, panel_size_.height + kStripHeight}; }
+
+void Overlay::undistort(const cv::Mat& image) {
+  if (map_x_.empty()) {
+    cv::resize(image, panel_, panel_size_, 0, 0, scale_ < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+    return;
+  }
+  cv::remap(image, straight_, map_x_, map_y_, cv::INTER_LINEAR);
+  cv::resize(straight_, panel_, panel_size_, 0, 0, scale_ < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
+}
+
+void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
+  const auto fixed_point = [this](const Eigen::Vector2d& pixel) {
+    const Eigen::Vector2d scaled = (((pixel.array() + 0.5) * scale_ - 0.5) * (1 << kSubpixelBits)).round();
+    return cv::Point(static_cast<int>(scaled.x()), static_cast<int>(scaled.y()));
+  };
+  const std::vector<Line>& lines = outline_.lines(tracked.result.T_camera_object);
+  const auto draw = [&](const cv::Scalar& color, int thickness) {
+    for (const Line& line : lines) {
+      cv::line(panel, fixed_point(line.begin), fixed_point(line.end), color, thickness, cv::LINE_AA, kSubpixelBits);
+    }
+  };
+  draw({0, 0, 0}, 4);  // a dark rim keeps the lines visible on any background
+  draw(tracked.result.status == Status::held ? kHeldColor : kLostColor, 2);
+}
+
+void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
+  cv::cvtColor(panel_, grey_, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(grey_, grey_bgr_, cv::COLOR_GRAY2BGR);
+  const cv::Mat given(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.classes.data()));
+  cv::resize(given, classes_, panel_size_, 0, 0, cv::INTER_NEAREST);
+  for (int y = 0; y < panel.rows; ++y) {
+    const std::uint8_t* classes = classes_.ptr<std::uint8_t>(y);
+    const cv::Vec3b* grey = grey_bgr_.ptr<cv::Vec3b>(y);
+    cv::Vec3b* out = panel.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < panel.cols; ++x) {
+      const std::size_t index = std::min<std::size_t>(classes[x], kClassStyles.size() - 1);
+      const ClassStyle& style = kClassStyles[index];
+      const double light = index == 0 ? 0.45 : 0.9;  // what the object does not cover steps back
+      for (int c = 0; c < 3; ++c) {
+        out[x][c] = cv::saturate_cast<std::uint8_t>((1 - style.opacity) * light * grey[x][c] +
+                                                    style.opacity * style.color[c] * (0.5 + 0.5 * grey[x][c] / 255));
+      }
+    }
+  }
+}
+
+void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
+  strip.setTo(kStripColor);
+  const FrameResult& result = tracked.result;
+  const bool held = result.status == Status::held;
+  const int upper = 21;
+  const int lower = 43;
+  cv::rectangle(strip, {8, upper - 14, 54, 19}, held ? kHeldColor : kLostColor, cv::FILLED);
+  put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10});
+  put_text(strip,
+           fmt::format("frame {}   {:.2f} s   residual {:.3f}   correlation {:.2f}   {:.1f} ms", tracked.frame.index,
+                       tracked.frame.time_s, result.residual, result.correlation, result.ms.total),
+           74, upper, kTextColor);
+  if (!result.reason.empty()) {
+    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, 0.42);
+  } else {
+    const double share = result.visible_pixels > 0 ? 100.0 * result.used_pixels / result.visible_pixels : 0;
+    put_text(strip,
+             fmt::format("{} of {} visible pixels used ({:.0f} %)", result.used_pixels, result.visible_pixels, share),
+             10, lower, kDimTextColor, 0.42);
+  }
+
+  std::array<int, kClassStyles.size()> counts{};
+  for (const std::uint8_t value : tracked.mask.classes) {
+    ++counts[std::min<std::size_t>(value, counts.size() - 1)];
+  }
+  put_text(strip, "pixels", panel_size_.width + 10, upper, kDimTextColor);
+  int x = panel_size_.width + 70;
+  for (const PixelClass shown : {PixelClass::used, PixelClass::rejected_angle, PixelClass::rejected_magnitude,
+                                 PixelClass::rejected_vote, PixelClass::no_gradient}) {
+    const ClassStyle& style = kClassStyles[static_cast<std::size_t>(shown)];
+    cv::rectangle(strip, {x, upper - 11, 12, 12}, cv::Scalar(style.color), cv::FILLED);
+    const int end = put_text(strip, style.word, x + 17, upper, kTextColor);
+    put_text(strip, fmt::format("{}", counts[static_cast<std::size_t>(shown)]), x + 17, lower, kDimTextColor, 0.42);
+    x = std::max(end, x + 70) + 14;
+  }
+}
+
+const cv::Mat& Overlay::outline_picture(const TrackedFrame& tracked) {
+  undistort(tracked.frame.image);
+  draw_outline(tracked, panel_);
+  return panel_;
+}
+
+const cv::Mat& Overlay::overlay_picture(const TrackedFrame& tracked) {
+  undistort(tracked.frame.image);
+  picture_.create(overlay_size(), CV_8UC3);
+  cv::Mat left = picture_(cv::Rect({0, 0}, panel_size_));
+  cv::Mat right = picture_(cv::Rect({panel_size_.width, 0}, panel_size_));
+  cv::Mat strip = picture_.rowRange(panel_size_.height, picture_.rows);
+  draw_decisions(tracked.mask, right);
+  panel_.copyTo(left);
+  draw_outline(tracked, left);
+  draw_figures(tracked, strip);
+  return picture_;
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
+
+namespace holdfast::app {
+
+/// A video being written: .mp4 and .mkv with H.264 (MPEG-4 where there is no encoder for it), .avi with motion JPEG.
+class OverlayVideo {
+ public:
+  /// Throws Error(output) when the file cannot be written, or its name has another extension.
+  OverlayVideo(const std::filesystem::path& path, cv::Size size, double frame_rate);
+
+  /// A BGR8 picture of the size given.
+  void write(const cv::Mat& picture);
+
+  /// Completes the file. Throws Error(output) when it turns out incomplete: encoders do not say when the disk is full.
+  void finish();
+
+ private:
+  std::filesystem::path path_;
+  cv::VideoWriter writer_;
+};
+
+}  // namespace holdfast::app

@@ -1,0 +1,113 @@
+#include "track/run_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "evaluation/statistics.hpp"
+
+namespace holdfast::app {
+namespace {
+
+constexpr std::size_t kMostRangesShown = 8;
+
+double median(const std::vector<double>& values) { return values.empty() ? 0 : evaluation::quantile(values, 0.5); }
+
+void add_times(StageTimes& sum, const StageTimes& ms) {
+  sum.upload += ms.upload;
+  sum.render += ms.render;
+  sum.filter += ms.filter;
+  sum.search += ms.search;
+  sum.solve += ms.solve;
+  sum.total += ms.total;
+}
+
+StageTimes divided(const StageTimes& sum, double count) {
+  return {sum.upload / count, sum.render / count, sum.filter / count,
+          sum.search / count, sum.solve / count,  sum.total / count};
+}
+
+std::string text_of(const std::vector<FrameRange>& ranges) {
+  std::string text;
+  for (std::size_t i = 0; i < ranges.size() && i < kMostRangesShown; ++i) {
+    const FrameRange& range = ranges[i];
+    text += text.empty() ? "" : ", ";
+    text +=
+        range.first == range.last ? fmt::format("{}", range.first) : fmt::format("{} to {}", range.first, range.last);
+  }
+  return ranges.size() > kMostRangesShown
+             ? fmt::format("{} and {} stretches more", text, ranges.size() - kMostRangesShown)
+             : text;
+}
+
+const char* slowest_part(const RunSummary& summary) {
+  const double slowest = std::max({summary.read_ms, summary.track_ms, summary.write_ms});
+  return slowest == summary.track_ms ? "tracking" : slowest == summary.read_ms ? "reading" : "writing";
+}
+
+}  // namespace
+
+void SummaryBuilder::add(const TrackedFrame& tracked) {
+  const FrameResult& result = tracked.result;
+  ++counts_.frames;
+  ms_.push_back(result.ms.total);
+  add_times(total_ms_, result.ms);
+  const bool lost = result.status == Status::lost;
+  if (lost) {
+    ++counts_.lost;
+    if (counts_.first_loss_reason.empty()) {
+      counts_.first_loss_reason = result.reason;
+    }
+    if (last_was_lost_) {
+      counts_.lost_ranges.back().last = tracked.frame.index;
+    } else {
+      counts_.lost_ranges.push_back({tracked.frame.index, tracked.frame.index});
+    }
+  } else {
+    ++counts_.held;
+    residuals_.push_back(result.residual);
+    used_pixels_.push_back(result.used_pixels);
+  }
+  last_was_lost_ = lost;
+}
+
+RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
+  RunSummary summary = counts_;
+  const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
+  summary.complete = !report.interrupted && !report.failure;
+  summary.median_ms = median(ms_);
+  summary.median_residual = median(residuals_);
+  summary.median_used_pixels = median(used_pixels_);
+  summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
+  summary.mean_ms = divided(total_ms_, frames);
+  summary.read_ms = report.read_s * 1e3 / frames;
+  summary.track_ms = report.track_s * 1e3 / frames;
+  summary.write_ms = report.write_s * 1e3 / frames;
+  return summary;
+}
+
+std::string summary_text(const RunSummary& summary) {
+  std::string text = fmt::format("{} frames{}: {} held, {} lost\n", summary.frames,
+                                 summary.complete ? "" : " (ended early)", summary.held, summary.lost);
+  if (summary.frames == 0) {
+    return text;
+  }
+  if (summary.lost > 0) {
+    text += fmt::format("  lost     frames {}{}\n", text_of(summary.lost_ranges),
+                        summary.first_loss_reason.empty() ? "" : "; first: " + summary.first_loss_reason);
+  }
+  text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} pixels used, residual {:.4f}\n",
+                      summary.median_ms, summary.median_used_pixels, summary.median_residual);
+  const StageTimes& ms = summary.mean_ms;
+  text += fmt::format(
+      "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "
+      "side: {} is the slowest\n",
+      summary.frames_per_second, summary.read_ms, summary.track_ms, summary.write_ms, slowest_part(summary));
+  text += fmt::format(
+      "  tracking upload {:.2f}, render {:.2f}, filter {:.2f}, search {:.2f}, solve {:.2f}, other {:.2f} ms\n",
+      ms.upload, ms.render, ms.filter, ms.search, ms.solve,
+      std::max(0.0, ms.total - ms.upload - ms.render - ms.filter - ms.search - ms.solve));
+  return text;
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,411 @@
+#include "video/frame_source.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
+#include <utility>
+#include <vector>
+
+#include "holdfast/error.hpp"
+#include "video/image_list.hpp"
+#include "video/media_check.hpp"
+
+namespace holdfast::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kImageFrameRate = 30;
+constexpr const char* kInputKinds =
+    "the input is a video file, an image folder, a pattern such as frames/%06d.png, or a camera's number";
+
+/// One kind of input, front to back.
+class Reader {
+ public:
+  virtual ~Reader() = default;
+  /// Moves on to a frame; false at the end. skip() of frames that nobody wants to see saves converting them.
+  virtual bool read(Frame& frame) = 0;
+  virtual bool skip() = 0;
+  virtual std::int64_t first_index() const { return 0; }
+  /// One past the last frame's index, where known.
+  virtual std::optional<std::int64_t> end_index() const { return std::nullopt; }
+  virtual double frame_rate() const = 0;
+  virtual bool live() const { return false; }
+  /// What the frame last read is called in messages.
+  virtual std::string name_of_last() const = 0;
+  /// Having come to the end after the frame before `index`: why that is too early.
+  virtual std::optional<std::string> ended_early(std::int64_t) const { return std::nullopt; }
+};
+
+class ImageReader : public Reader {
+ public:
+  /// Frames before `start` may be missing.
+  ImageReader(std::vector<ListedImage> images, std::int64_t start, double frame_rate)
+      : images_(std::move(images)),
+        time_origin_(images_.front().index),
+        end_index_(images_.back().index + 1),
+        frame_rate_(frame_rate > 0 ? frame_rate : kImageFrameRate) {
+    std::erase_if(images_, [start](const ListedImage& image) { return image.index < start; });
+  }
+
+  bool read(Frame& frame) override {
+    if (at_ == images_.size()) {
+      return false;
+    }
+    require_no_gap();
+    const ListedImage& image = images_[at_++];
+    read_bytes(image);
+    const auto why_not = [&](const std::string& reason) {
+      return Error(ErrorCode::file, fmt::format("cannot read frame {}, '{}': {}; replace the file, or end before it "
+                                                "with --stop {}",
+                                                image.index, image.path.string(), reason, image.index));
+    };
+    if (const auto damage = image_damage(bytes_)) {
+      throw why_not(*damage);
+    }
+    cv::Mat decoded;
+    try {
+      decoded = bytes_.empty() ? cv::Mat()
+                               : cv::imdecode(bytes_, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, &frame.image);
+    } catch (const cv::Exception&) {  // some decoders throw where others return nothing
+      decoded.release();
+    }
+    if (decoded.empty()) {
+      throw why_not(bytes_.empty() ? "it is empty" : "it is no image that can be decoded, or it is damaged");
+    }
+    frame.image = decoded;
+    frame.index = image.index;
+    frame.time_s = static_cast<double>(image.index - time_origin_) / frame_rate_;
+    return true;
+  }
+
+  bool skip() override {
+    if (at_ == images_.size()) {
+      return false;
+    }
+    require_no_gap();
+    ++at_;
+    return true;
+  }
+
+  std::int64_t first_index() const override { return images_.empty() ? end_index_ : images_.front().index; }
+  std::optional<std::int64_t> end_index() const override { return end_index_; }
+  double frame_rate() const override { return frame_rate_; }
+  std::string name_of_last() const override { return fmt::format(" ('{}')", images_[at_ - 1].path.string()); }
+
+ private:
+  void require_no_gap() {
+    if (at_ > 0 && images_[at_].index != images_[at_ - 1].index + 1) {
+      const std::int64_t before = images_[at_ - 1].index;
+      throw Error(ErrorCode::file,
+                  fmt::format("frame {} is missing: after '{}' comes '{}'; number the images without gaps, or "
+                              "give their folder",
+                              before + 1, images_[at_ - 1].path.string(), images_[at_].path.filename().string()));
+    }
+  }
+
+  void read_bytes(const ListedImage& image) {
+    std::ifstream file(image.path, std::ios::binary | std::ios::ate);
+    if (!file || fs::is_directory(image.path)) {
+      throw Error(ErrorCode::file, fmt::format("cannot read frame {}, '{}': {}", image.index, image.path.string(),
+                                               file ? "it is a folder" : std::strerror(errno)));
+    }
+    bytes_.resize(static_cast<std::size_t>(file.tellg()));
+    file.seekg(0);
+    file.read(reinterpret_cast<char*>(bytes_.data()), static_cast<std::streamsize>(bytes_.size()));
+    bytes_.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  }
+
+  std::vector<ListedImage> images_;
+  std::int64_t time_origin_;
+  std::int64_t end_index_;
+  double frame_rate_;
+  std::size_t at_ = 0;  // the next image
+  std::vector<std::uint8_t> bytes_;
+};
+
+class VideoReader : public Reader {
+ public:
+  VideoReader(const std::string& path, double frame_rate) : path_(path) {
+    const bool is_url = path.find("://") != std::string::npos;
+    if (!is_url) {
+      require_readable();
+      damage_ = video_damage(path);
+    }
+    const bool has_ffmpeg = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG);
+    if (!capture_.open(path, has_ffmpeg ? cv::CAP_FFMPEG : cv::CAP_ANY)) {
+      throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path,
+                                               damage_ ? *damage_ : fmt::format("unknown format; {}", kInputKinds)));
+    }
+    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    const double own_rate = capture_.get(cv::CAP_PROP_FPS);
+    has_rate_of_its_own_ = frame_rate <= 0 && own_rate > 0 && own_rate < 1e4;
+    frame_rate_ = frame_rate > 0 ? frame_rate : has_rate_of_its_own_ ? own_rate : kImageFrameRate;
+    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    promised_ = count >= 1 && count < 1e12 ? static_cast<std::int64_t>(count) : 0;
+  }
+
+  bool read(Frame& frame) override {
+    if (!capture_.grab() || !capture_.retrieve(frame.image) || frame.image.empty()) {
+      return false;
+    }
+    frame.index = read_++;
+    // Frames need not come at regular times; containers that carry none give zeros.
+    const double time_s = capture_.get(cv::CAP_PROP_POS_MSEC) * 1e-3;
+    const bool plausible = has_rate_of_its_own_ && std::isfinite(time_s) && (frame.index == 0 || time_s > last_time_s_);
+    frame.time_s = plausible ? time_s : static_cast<double>(frame.index) / frame_rate_;
+    last_time_s_ = frame.time_s;
+    return true;
+  }
+
+  bool skip() override {
+    const bool grabbed = capture_.grab();
+    read_ += grabbed ? 1 : 0;
+    return grabbed;
+  }
+
+  std::optional<std::int64_t> end_index() const override {
+    return promised_ > 0 ? std::optional(promised_) : std::nullopt;
+  }
+  double frame_rate() const override { return frame_rate_; }
+  std::string name_of_last() const override { return fmt::format(" of '{}'", path_); }
+
+  std::optional<std::string> ended_early(std::int64_t wanted_end) const override {
+    if (damage_) {
+      return fmt::format("'{}' is damaged: {}; {} frames were read, the last may be incomplete", path_, *damage_,
+                         read_);
+    }
+    // Containers without a frame count have it estimated from their duration.
+    const std::int64_t wanted = std::min(wanted_end, promised_);
+    const std::int64_t tolerance = std::max<std::int64_t>(1, promised_ / 100);
+    if (read_ + tolerance < wanted) {
+      return fmt::format(
+          "'{}' promises {} frames, but only {} can be decoded: it is damaged or cut short; copy or record it "
+          "again",
+          path_, promised_, read_);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  void require_readable() const {
+    std::error_code failed;
+    if (!fs::exists(path_, failed)) {
+      throw Error(ErrorCode::file, fmt::format("there is no '{}': {}", path_, kInputKinds));
+    }
+    if (!std::ifstream(path_)) {
+      throw Error(ErrorCode::file, fmt::format("cannot read '{}': {}", path_, std::strerror(errno)));
+    }
+  }
+
+  std::string path_;
+  cv::VideoCapture capture_;
+  std::optional<std::string> damage_;
+  double frame_rate_ = 0;
+  bool has_rate_of_its_own_ = false;
+  std::int64_t promised_ = 0;  // 0: unknown
+  std::int64_t read_ = 0;
+  double last_time_s_ = 0;
+};
+
+class CameraReader : public Reader {
+ public:
+  CameraReader(int number, int width, int height, double frame_rate) : number_(number) {
+    if (!capture_.open(number, cv::CAP_V4L2)) {
+      throw Error(ErrorCode::file,
+                  fmt::format("cannot open camera {}: is it connected (/dev/video{}), free, and are you allowed to use "
+                              "it?",
+                              number, number));
+    }
+    if (width > 0 && height > 0) {
+      capture_.set(cv::CAP_PROP_FRAME_WIDTH, width);
+      capture_.set(cv::CAP_PROP_FRAME_HEIGHT, height);
+    }
+    if (frame_rate > 0) {
+      capture_.set(cv::CAP_PROP_FPS, frame_rate);
+    }
+    const double own_rate = capture_.get(cv::CAP_PROP_FPS);
+    frame_rate_ = own_rate > 0 && own_rate < 1e4 ? own_rate : kImageFrameRate;
+  }
+
+  bool read(Frame& frame) override {
+    if (!capture_.read(frame.image) || frame.image.empty()) {
+      return false;
+    }
+    const auto now = std::chrono::steady_clock::now();
+    begin_ = read_ == 0 ? now : begin_;
+    frame.index = read_++;
+    frame.time_s = std::chrono::duration<double>(now - begin_).count();
+    return true;
+  }
+
+  bool skip() override {
+    const bool grabbed = capture_.grab();
+    begin_ = read_ == 0 ? std::chrono::steady_clock::now() : begin_;
+    read_ += grabbed ? 1 : 0;
+    return grabbed;
+  }
+
+  double frame_rate() const override { return frame_rate_; }
+  bool live() const override { return true; }
+  std::string name_of_last() const override { return fmt::format(" of camera {}", number_); }
+  std::optional<std::string> ended_early(std::int64_t) const override {
+    return fmt::format("camera {} delivers no more frames: was it disconnected?", number_);
+  }
+
+ private:
+  int number_;
+  cv::VideoCapture capture_;
+  double frame_rate_ = 0;
+  std::int64_t read_ = 0;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+bool is_camera_number(const std::string& input) {
+  return !input.empty() && input.size() <= 3 && input.find_first_not_of("0123456789") == std::string::npos &&
+         !fs::exists(input);
+}
+
+std::unique_ptr<Reader> open_reader(const std::string& input, const FrameSourceOptions& options) {
+  if (is_camera_number(input)) {
+    return std::make_unique<CameraReader>(std::stoi(input), options.live_width, options.live_height,
+                                          options.frame_rate);
+  }
+  if (auto images = list_images(input)) {
+    return std::make_unique<ImageReader>(std::move(*images), options.start, options.frame_rate);
+  }
+  return std::make_unique<VideoReader>(input, options.frame_rate);
+}
+
+void validate(const FrameSourceOptions& options) {
+  const auto require = [](bool good, const std::string& message) {
+    if (!good) {
+      throw Error(ErrorCode::invalid_argument, message);
+    }
+  };
+  require(options.start >= 0, fmt::format("--start {} is negative: frames count from 0", options.start));
+  require(options.stride >= 1, fmt::format("--stride {} is not positive: 1 takes every frame", options.stride));
+  require(!options.stop || *options.stop > options.start,
+          fmt::format("--stop {} leaves no frame after --start {}: it is the first frame not taken",
+                      options.stop.value_or(0), options.start));
+  require(options.frame_rate >= 0 && std::isfinite(options.frame_rate),
+          fmt::format("--frame-rate {} is not positive", options.frame_rate));
+}
+
+}  // namespace
+
+class FrameSource::Impl {
+ public:
+  Impl(const std::string& input, const FrameSourceOptions& given)
+      : input_(input), options_((validate(given), given)), reader_(open_reader(input, given)) {
+    if (const auto end = reader_->end_index(); end && *end <= options_.start) {
+      throw Error(ErrorCode::invalid_argument,
+                  fmt::format("--start {} lies behind the end of '{}', whose last frame is {}", options_.start, input,
+                              *end - 1));
+    }
+    // Numbered images need not begin at 0.
+    at_ = reader_->first_index();
+    options_.start = std::max(options_.start, at_);
+    next_wanted_ = options_.start;
+    if (options_.stop && *options_.stop <= options_.start) {
+      throw Error(ErrorCode::invalid_argument, fmt::format("--stop {} leaves no frame of '{}', whose first is {}",
+                                                           *options_.stop, input, options_.start));
+    }
+    if (!read(first_)) {
+      throw Error(ErrorCode::file,
+                  fmt::format("no frame of '{}' can be decoded{}", input,
+                              reader_->ended_early(wanted_end()) ? ": " + *reader_->ended_early(wanted_end()) : ""));
+    }
+    size_ = first_.image.size();
+    has_first_ = true;
+  }
+
+  bool next(Frame& frame) {
+    if (has_first_) {
+      has_first_ = false;
+      std::swap(frame, first_);
+      first_ = {};
+      return true;
+    }
+    if (!read(frame)) {
+      return false;
+    }
+    if (frame.image.size() != size_) {
+      throw Error(ErrorCode::image,
+                  fmt::format("frame {}{} is {}x{} pixels, the frames before it are {}x{}: one calibration holds for "
+                              "one size; end before it with --stop {}",
+                              frame.index, reader_->name_of_last(), frame.image.cols, frame.image.rows, size_.width,
+                              size_.height, frame.index));
+    }
+    return true;
+  }
+
+  std::optional<std::int64_t> frame_count() const {
+    std::optional<std::int64_t> end = reader_->end_index();
+    if (options_.stop && (!end || *options_.stop < *end)) {
+      end = options_.stop;
+    }
+    if (!end || (reader_->live() && !options_.stop)) {
+      return std::nullopt;
+    }
+    return (*end - options_.start + options_.stride - 1) / options_.stride;
+  }
+
+  cv::Size size_;
+  std::optional<std::string> ended_early_;
+  const Reader& reader() const { return *reader_; }
+
+ private:
+  std::int64_t wanted_end() const { return options_.stop.value_or(INT64_MAX); }
+
+  bool read(Frame& frame) {
+    if (next_wanted_ >= wanted_end()) {
+      return false;
+    }
+    for (; at_ < next_wanted_; ++at_) {
+      if (!reader_->skip()) {
+        ended_early_ = reader_->ended_early(wanted_end());
+        return false;
+      }
+    }
+    if (!reader_->read(frame)) {
+      ended_early_ = reader_->ended_early(wanted_end());
+      return false;
+    }
+    ++at_;
+    next_wanted_ += options_.stride;
+    return true;
+  }
+
+  std::string input_;
+  FrameSourceOptions options_;
+  std::unique_ptr<Reader> reader_;
+  std::int64_t at_ = 0;           // index of the frame that the reader stands before
+  std::int64_t next_wanted_ = 0;  // index of the frame to deliver next
+  Frame first_;
+  bool has_first_ = false;
+};
+
+FrameSource::FrameSource(const std::string& input, const FrameSourceOptions& options)
+    : impl_(std::make_unique<Impl>(input, options)) {}
+FrameSource::~FrameSource() = default;
+FrameSource::FrameSource(FrameSource&&) noexcept = default;
+FrameSource& FrameSource::operator=(FrameSource&&) noexcept = default;
+
+bool FrameSource::next(Frame& frame) { return impl_->next(frame); }
+cv::Size FrameSource::size() const { return impl_->size_; }
+std::optional<std::int64_t> FrameSource::frame_count() const { return impl_->frame_count(); }
+double FrameSource::frame_rate() const { return impl_->reader().frame_rate(); }
+bool FrameSource::live() const { return impl_->reader().live(); }
+std::optional<std::string> FrameSource::ended_early() const { return impl_->ended_early_; }
+
+}  // namespace holdfast::app

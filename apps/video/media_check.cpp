@@ -1,0 +1,121 @@
+#include "video/media_check.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+
+namespace holdfast::app {
+namespace {
+
+std::uint64_t big_endian(const std::uint8_t* bytes, int count) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < count; ++i) {
+    value = value << 8 | bytes[i];
+  }
+  return value;
+}
+
+std::string_view tag(const std::uint8_t* bytes) { return {reinterpret_cast<const char*>(bytes), 4}; }
+
+bool read_at(std::ifstream& file, std::uint64_t offset, std::uint8_t* bytes, std::size_t count) {
+  file.clear();
+  file.seekg(static_cast<std::streamoff>(offset));
+  file.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
+  return static_cast<std::size_t>(file.gcount()) == count;
+}
+
+std::string cut_short(std::uint64_t size, std::uint64_t wanted) {
+  return fmt::format("it is cut short: {} of {} bytes", size, wanted);
+}
+
+/// Walks the top-level boxes of an MP4 or MOV file.
+std::optional<std::string> mp4_damage(std::ifstream& file, std::uint64_t size) {
+  bool has_index = false;
+  std::uint64_t offset = 0;
+  std::array<std::uint8_t, 16> header{};
+  while (offset + 8 <= size) {
+    if (!read_at(file, offset, header.data(), 8)) {
+      return std::nullopt;
+    }
+    std::uint64_t length = big_endian(header.data(), 4);
+    has_index = has_index || tag(&header[4]) == "moov";
+    if (length == 0) {  // reaches to the end of the file
+      length = size - offset;
+    } else if (length == 1) {  // 64 bit follow
+      if (!read_at(file, offset, header.data(), header.size())) {
+        return cut_short(size, offset + header.size());
+      }
+      length = big_endian(&header[8], 8);
+    }
+    if (length < 8) {
+      return fmt::format("its structure is broken at byte {}", offset);
+    }
+    if (length > size - offset) {
+      return cut_short(size, offset + length);
+    }
+    offset += length;
+  }
+  if (!has_index) {
+    return "its index is missing: the recording was not finished, or the file is cut short";
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> riff_damage(const std::uint8_t* header, std::uint64_t size) {
+  std::uint64_t length = 0;
+  for (int i = 3; i >= 0; --i) {
+    length = length << 8 | header[4 + i];
+  }
+  if (length == 0) {
+    return "its header was never completed: the recording was not finished";
+  }
+  return length + 8 > size ? std::optional(cut_short(size, length + 8)) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> video_damage(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(path, failed)) {
+    return std::nullopt;
+  }
+  const std::uint64_t size = std::filesystem::file_size(path, failed);
+  std::ifstream file(path, std::ios::binary);
+  std::array<std::uint8_t, 12> header{};
+  if (size == 0) {
+    return "it is empty";
+  }
+  if (failed || !file || !read_at(file, 0, header.data(), header.size())) {
+    return std::nullopt;
+  }
+  if (tag(&header[4]) == "ftyp") {
+    return mp4_damage(file, size);
+  }
+  if (tag(header.data()) == "RIFF" && tag(&header[8]) == "AVI ") {
+    return riff_damage(header.data(), size);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> image_damage(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8) {
+    return std::nullopt;
+  }
+  // Segments with a length, up to the first scan: a thumbnail among them has an end mark of its own.
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
+    at += bytes[at + 1] == 0xff ? 1 : 2 + static_cast<std::size_t>(big_endian(&bytes[at + 2], 2));
+  }
+  for (; at + 1 < bytes.size(); ++at) {
+    if (bytes[at] == 0xff && bytes[at + 1] == 0xd9) {
+      return std::nullopt;
+    }
+  }
+  return "it is cut short: the JPEG has no end mark";
+}
+
+}  // namespace holdfast::app
