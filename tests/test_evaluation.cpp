@@ -371,6 +371,10 @@ TEST_CASE("diameter: the largest of all distances") {
     CHECK(diameter(points) == doctest::Approx(largest).epsilon(1e-12));
   }
   CHECK(diameter({Eigen::Vector3d(1, 2, 3)}) == 0);
+  // The farthest point from the middle, (0, 1.4, 0), is no end of the diameter.
+  std::vector<Eigen::Vector3d> lopsided(20, Eigen::Vector3d::Zero());
+  lopsided.insert(lopsided.end(), {{0, 1.4, 0}, {0.875, 0, 0}, {-0.875, 0, 0}});
+  CHECK(diameter(lopsided) == doctest::Approx(1.75));
   CHECK(ModelPoints(box_mesh()).diameter() == doctest::Approx(std::sqrt(0.2 * 0.2 + 0.1 * 0.1 + 0.04 * 0.04)));
 }
 

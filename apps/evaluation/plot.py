@@ -39,12 +39,18 @@ def shade(axes, frames, rows, keep, color, label):
 
 
 def limit(axes, values):
-    """Up to a little above what 98 % of the values reach: a lost object must not hide the rest."""
+    """All values, unless a few (a lost object) would hide the rest: then those are cut off."""
     known = sorted(abs(v) for v in values if math.isfinite(v))
     if known:
-        top = 1.3 * known[min(len(known) - 1, int(0.98 * len(known)))] + 1e-3
+        most = known[int(0.98 * (len(known) - 1))]
+        top = 1.1 * (known[-1] if known[-1] <= 5 * most else 1.5 * most) + 1e-3
         low = axes.get_ylim()[0]
         axes.set_ylim(-top if low < 0 else 0, top)
+
+
+def label(name, values):
+    """With the largest value, which the axis may cut off."""
+    return "{}, largest {:.3g}".format(name, max((abs(v) for v in values if math.isfinite(v)), default=math.nan))
 
 
 def errors_over_time(report, evaluation, path):
@@ -56,15 +62,16 @@ def errors_over_time(report, evaluation, path):
     first = True
     for rows in runs.values():
         at = [frames["frame"][i] for i in rows]
-        position.plot(at, [x[i] for i in rows], color="C0", lw=0.9, label="x" if first else None)
-        position.plot(at, [y[i] for i in rows], color="C1", lw=0.9, label="y" if first else None)
-        depth.plot(at, [z[i] for i in rows], color="C2", lw=0.9, label="depth" if first else None)
-        turn.plot(at, [rotation[i] for i in rows], color="C3", lw=0.9, label="rotation" if first else None)
+        position.plot(at, [x[i] for i in rows], color="C0", lw=0.9, label=label("x", x) if first else None)
+        position.plot(at, [y[i] for i in rows], color="C1", lw=0.9, label=label("y", y) if first else None)
+        depth.plot(at, [z[i] for i in rows], color="C2", lw=0.9, label=label("depth", z) if first else None)
+        turn.plot(at, [rotation[i] for i in rows], color="C3", lw=0.9, label=label("rotation", rotation) if first else None)
         first = False
     rows = next(iter(runs.values()))
     for axes in (position, depth, turn):
-        shade(axes, frames, rows, lambda i: not frames["held"][i], "#f4b6b6", "reported lost")
-        shade(axes, frames, rows, lambda i: not frames["counted"][i], "#d9d9d9", "not counted")
+        every = range(len(frames["frame"]))
+        shade(axes, frames, every, lambda i: not frames["held"][i], "#f4b6b6", "reported lost")
+        shade(axes, frames, every, lambda i: not frames["counted"][i], "#d9d9d9", "not counted")
         axes.grid(alpha=0.3)
     position.set_ylabel("lateral error, mm")
     depth.set_ylabel("depth error, mm")
