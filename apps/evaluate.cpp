@@ -138,9 +138,10 @@ void prepare_outputs(const EvaluateArguments& arguments) {
 
 void report(const EvaluateArguments& arguments, const Provenance& provenance,
             const std::vector<Evaluation>& evaluations) {
-  fmt::print("{}", table(evaluations, provenance.protocol == kRbot));
+  const bool rbot = provenance.protocol == kRbot;
+  fmt::print("{}", table(evaluations, rbot));
   if (arguments.details) {
-    fmt::print("\n{}", detail_table(evaluations));
+    fmt::print("\n{}", detail_table(evaluations, rbot));
   }
   if (!arguments.csv.empty()) {
     write_frames_csv(arguments.csv, evaluations);

@@ -53,3 +53,33 @@ typedef float4 pixel_vector;
 #define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 
 int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.stride + x; }
+
+/* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). `first` and
+   `last` bound the cells that hold values. */
+void photometric_row(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x, int y,
+                     lane_float* gain, lane_float* bias) {
+  const float row_position = (y - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
+  const int upper = (int)floor(row_position);
+  const float t = row_position - upper;
+  __global const float* row0 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper, first.y, last.y);
+  __global const float* row1 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper + 1, first.y, last.y);
+  const lane_float column_position =
+      ((lane_float)(TILE_COLUMN) + LANE_INDEX - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
+  for (int c = 0; c < HF_CHANNELS; ++c) gain[c] = bias[c] = (lane_float)(0.0f);
+  for (int k = -1; k <= HF_TILE / HF_CELL; ++k) {
+    const lane_float weight = fmax((lane_float)(0.0f), 1.0f - fabs(column_position - (float)k));
+    const int column = HF_CELL_PAIRS * clamp(tile_x * (HF_TILE / HF_CELL) + k, first.x, last.x);
+    const float8 pair = vload8(0, row0 + column) * (1.0f - t) + vload8(0, row1 + column) * t;
+    gain[0] = fma(weight, (lane_float)(pair.s0), gain[0]);
+    gain[1] = fma(weight, (lane_float)(pair.s1), gain[1]);
+    gain[2] = fma(weight, (lane_float)(pair.s2), gain[2]);
+    bias[0] = fma(weight, (lane_float)(pair.s3), bias[0]);
+    bias[1] = fma(weight, (lane_float)(pair.s4), bias[1]);
+    bias[2] = fma(weight, (lane_float)(pair.s5), bias[2]);
+  }
+}
+
+int2 first_cell(hf_rect tiles) { return (int2)(tiles.x, tiles.y) * (HF_TILE / HF_CELL); }
+int2 last_cell(hf_rect tiles) {
+  return (int2)(tiles.x + tiles.width, tiles.y + tiles.height) * (HF_TILE / HF_CELL) - 1;
+}

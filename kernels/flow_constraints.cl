@@ -29,17 +29,14 @@ int16 neighbourhood_sum(const uchar16* columns, int radius) {
 __kernel void flow_constraints(__global const float* value, __global const float* dx, __global const float* dy,
                                int plane, __global const float* depth, hf_layout layout, hf_rect tiles,
                                __global const float* samples, __global const uchar* classes, hf_constraints k,
-                               __global const float* photometry, int photometry_stride,
+                               __global const float* pairs, int cell_stride,
                                __global uchar* final_classes, __global float* sums) {
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
-  float gain[HF_CHANNELS], bias[HF_CHANNELS];
-  for (int c = 0; c < HF_CHANNELS; ++c) {
-    gain[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + c];
-    bias[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + HF_CHANNELS + c];
-  }
-  lane_float total[HF_SUMS];
-  for (int i = 0; i < HF_SUMS; ++i) total[i] = (lane_float)(0.0f);
+  lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
+  lane_float total[HF_SUM_MAIN], photo[2][HF_CELL_SUMS];
+  for (int i = 0; i < HF_SUM_MAIN; ++i) total[i] = (lane_float)(0.0f);
+  for (int i = 0; i < HF_CELL_SUMS; ++i) photo[0][i] = photo[1][i] = (lane_float)(0.0f);
   const lane_float ray_x = ((lane_float)(x0) + LANE_INDEX - k.cx) / k.fx;
 
 #if HF_STRIPS
@@ -93,6 +90,8 @@ __kernel void flow_constraints(__global const float* value, __global const float
     const lane_float mask = CHOOSE(zero, one, used);
     total[HF_SUM_USED] += mask;
 
+    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
+    lane_float* cell = photo[row / HF_CELL];
     lane_float gx[HF_CHANNELS], gy[HF_CHANNELS], vx[HF_CHANNELS], vy[HF_CHANNELS], m2[HF_CHANNELS];
     for (int c = 0; c < HF_CHANNELS; ++c) {
       vx[c] = gain[c] * LOAD(dx + c * plane + e);
@@ -120,18 +119,18 @@ __kernel void flow_constraints(__global const float* value, __global const float
     lane_int second_taken = (lane_int)(0);
     for (int c = 0; c < HF_CHANNELS; ++c) {
       const lane_float rendered = LOAD(value + c * plane + e), seen = LOAD(samples + c * plane + e);
-      const lane_float r = fma((lane_float)(gain[c]), rendered, (lane_float)(bias[c])) - seen;
+      const lane_float r = fma(gain[c], rendered, bias[c]) - seen;
       const lane_float r2 = r * r;
       lane_float weight = mask;
       if (k.robust) weight *= (k.freedom + 1.0f) / fma((lane_float)(k.inverse_scale2), r2, (lane_float)(k.freedom));
-      const int photo = HF_SUM_PHOTO + HF_PHOTO * c;
+      const int p = HF_PHOTO * c;
       const lane_float wv = weight * rendered, wi = weight * seen;
-      total[photo] += weight;
-      total[photo + 1] += wv;
-      total[photo + 2] += wi;
-      total[photo + 3] = fma(wv, rendered, total[photo + 3]);
-      total[photo + 4] = fma(wi, seen, total[photo + 4]);
-      total[photo + 5] = fma(wv, seen, total[photo + 5]);
+      cell[p] += weight;
+      cell[p + 1] += wv;
+      cell[p + 2] += wi;
+      cell[p + 3] = fma(wv, rendered, cell[p + 3]);
+      cell[p + 4] = fma(wi, seen, cell[p + 4]);
+      cell[p + 5] = fma(wv, seen, cell[p + 5]);
       lane_int keep = used & (m2[c] > 0.0f);
       if (k.redundancy) {
         const lane_float along = fma(vx[c], sx, vy[c] * sy);
@@ -190,25 +189,46 @@ __kernel void flow_constraints(__global const float* value, __global const float
 
   __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
 #if HF_STRIPS
-  for (int i = 0; i < HF_SUMS; ++i) {
+  for (int i = 0; i < HF_SUM_MAIN; ++i) {
     const float8 a = total[i].lo + total[i].hi;
     const float4 b = a.lo + a.hi;
     const float2 c = b.lo + b.hi;
     out[i] = c.x + c.y;
   }
+  for (int i = 0; i < 2 * HF_CELL_SUMS; ++i) {
+    const int half_row = i / HF_CELL_SUMS, sum = i % HF_CELL_SUMS;
+    const float16 v = photo[half_row][sum];
+    const float4 left = v.s0123 + v.s4567, right = v.s89ab + v.scdef;
+    const float4 both = (float4)(left.lo + left.hi, right.lo + right.hi);
+    out[HF_SUM_PHOTO + (2 * half_row) * HF_CELL_SUMS + sum] = both.x + both.y;
+    out[HF_SUM_PHOTO + (2 * half_row + 1) * HF_CELL_SUMS + sum] = both.z + both.w;
+  }
 #else
-  /* A stride of HF_SUMS (odd) spreads the columns over the banks. */
-  __local float partial[HF_GROUP * HF_SUMS];
+#define HF_LANE_SUMS (HF_SUM_MAIN + 2 * HF_CELL_SUMS) /* odd: spreads the columns over the banks */
+  __local float partial[HF_GROUP * HF_LANE_SUMS];
   const int lane = (int)get_local_id(0);
-  for (int i = 0; i < HF_SUMS; ++i) partial[lane * HF_SUMS + i] = total[i];
+  for (int i = 0; i < HF_SUM_MAIN; ++i) partial[lane * HF_LANE_SUMS + i] = total[i];
+  for (int i = 0; i < HF_CELL_SUMS; ++i) {
+    partial[lane * HF_LANE_SUMS + HF_SUM_MAIN + i] = photo[0][i];
+    partial[lane * HF_LANE_SUMS + HF_SUM_MAIN + HF_CELL_SUMS + i] = photo[1][i];
+  }
   barrier(CLK_LOCAL_MEM_FENCE);
-  for (int i = lane; i < HF_SUMS; i += HF_GROUP) {
-    float sum[8];
-    for (int j = 0; j < 8; ++j) {
-      sum[j] = 0.0f;
-      for (int member = j * 8; member < j * 8 + 8; ++member) sum[j] += partial[member * HF_SUMS + i];
+  for (int i = lane; i < HF_LANE_SUMS; i += HF_GROUP) {
+    /* Lanes 0 to 7 of each row of 16 are the left cells', 8 to 15 the right cells'. */
+    float left = 0.0f, right = 0.0f;
+    for (int row = 0; row < HF_GROUP / HF_TILE; ++row) {
+      for (int column = 0; column < HF_CELL; ++column) {
+        left += partial[(row * HF_TILE + column) * HF_LANE_SUMS + i];
+        right += partial[(row * HF_TILE + HF_CELL + column) * HF_LANE_SUMS + i];
+      }
     }
-    out[i] = ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+    if (i < HF_SUM_MAIN) {
+      out[i] = left + right;
+    } else {
+      const int half_row = (i - HF_SUM_MAIN) / HF_CELL_SUMS, sum = (i - HF_SUM_MAIN) % HF_CELL_SUMS;
+      out[HF_SUM_PHOTO + (2 * half_row) * HF_CELL_SUMS + sum] = left;
+      out[HF_SUM_PHOTO + (2 * half_row + 1) * HF_CELL_SUMS + sum] = right;
+    }
   }
 #endif
 }

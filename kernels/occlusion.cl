@@ -62,15 +62,11 @@ void sample_features(__global const float* features, hf_layout layout, lane_floa
 __kernel void occlusion_tests(__global const float* value, __global const float* dx, __global const float* dy,
                               int plane, __global const float* depth, __global const uchar* usable, hf_layout layout,
                               hf_rect tiles, __global const float* features, hf_warp warp, hf_tests tests,
-                              __global const float* photometry, int photometry_stride, __global float* samples,
+                              __global const float* pairs, int cell_stride, __global float* samples,
                               __global uchar* classes) {
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
-  float gain[HF_CHANNELS], bias[HF_CHANNELS];
-  for (int c = 0; c < HF_CHANNELS; ++c) {
-    gain[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + c];
-    bias[c] = photometry[HF_TILE_PHOTO * (ty * photometry_stride + tx) + HF_CHANNELS + c];
-  }
+  lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
   const lane_float column = (lane_float)(x0) + LANE_INDEX;
   const float one_over_fx = 1.0f / warp.fx, one_over_fy = 1.0f / warp.fy;
 
@@ -103,6 +99,7 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
     warped_samples s;
     sample_features(features, layout, su, sv, wanted, &s);
 
+    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0), apart = (lane_int)(0);
     for (int c = 0; c < HF_CHANNELS; ++c) {

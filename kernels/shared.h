@@ -2,7 +2,8 @@
 #ifndef HOLDFAST_SHARED_H
 #define HOLDFAST_SHARED_H
 
-#define HF_TILE 16      /* pixels a side of a tile: the unit of work, of partial sums and of local photometry */
+#define HF_TILE 16      /* pixels a side of a tile: the unit of work and of partial sums */
+#define HF_CELL 8       /* pixels a side of a cell: the unit of local photometry; 2x2 a tile */
 #define HF_PAD 16       /* never-written (zero) pixels around every level image */
 #define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
 #define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
@@ -34,13 +35,14 @@
 #define HF_SUM_GRADIENT 32
 #define HF_SUM_PASSED 33
 #define HF_SUM_USED 34
-#define HF_SUM_PHOTO 35       /* 6 a channel: w, wV, wI, wVV, wII, wVI */
-#define HF_PHOTO 6
-#define HF_SUMS 53
-#define HF_SUM_STRIDE 56      /* floats from a tile's sums to the next */
+#define HF_SUM_MAIN 35        /* sums of the whole tile end here */
+#define HF_PHOTO 6            /* a channel: w, wV, wI, wVV, wII, wVI */
+#define HF_CELL_SUMS 18       /* three channels */
+#define HF_SUM_PHOTO 35       /* cells 00, 01, 10, 11 (row, column) */
+#define HF_SUM_STRIDE 112     /* floats from a tile's sums to the next; 35 + 4 * 18 used */
 
-/* A gain and a bias a channel and tile: gain in [0, 3), bias in [3, 6). */
-#define HF_TILE_PHOTO 8
+/* A cell's pairs: gain of three channels, bias of three channels. */
+#define HF_CELL_PAIRS 8
 
 #ifdef __OPENCL_VERSION__
 #define HF_INT int

@@ -30,7 +30,7 @@ void FlowConstraints::enqueue(const ViewTemplate& view, const OcclusionTest& occ
   kernel_.setArg(8, occlusion.classes(level_index));
   kernel_.setArg(9, constraints);
   kernel_.setArg(10, photometry);
-  kernel_.setArg(11, level.tiles_x());
+  kernel_.setArg(11, level.cells_x());
   kernel_.setArg(12, classes_[static_cast<std::size_t>(level_index)]);
   kernel_.setArg(13, sums_);
   device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);
@@ -41,7 +41,7 @@ ConstraintSums FlowConstraints::read() {
   const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
   if (count == 0) return sums;
   device_.queue.enqueueReadBuffer(sums_, CL_TRUE, 0, count * HF_SUM_STRIDE * sizeof(float), partials_.data());
-  std::array<double, HF_SUM_PHOTO> total{};
+  std::array<double, HF_SUM_MAIN> total{};
   for (std::size_t tile = 0; tile < count; ++tile) {
     const float* partial = partials_.data() + tile * HF_SUM_STRIDE;
     if (partial[HF_SUM_VISIBLE] == 0.0f) continue;

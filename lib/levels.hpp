@@ -20,6 +20,8 @@ struct Level {
   Camera camera;             ///< intrinsics of this level
   int tiles_x() const { return padded_width / HF_TILE; }
   int tiles_y() const { return padded_height / HF_TILE; }
+  int cells_x() const { return padded_width / HF_CELL; }
+  int cells_y() const { return padded_height / HF_CELL; }
 };
 
 /// Levels 0 (the frame's own resolution) to count - 1.

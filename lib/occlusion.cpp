@@ -74,7 +74,7 @@ void OcclusionTest::enqueue(const ViewTemplate& view, const DeviceImage& image, 
   kernel_.setArg(9, warp);
   kernel_.setArg(10, tests);
   kernel_.setArg(11, photometry);
-  kernel_.setArg(12, level.tiles_x());
+  kernel_.setArg(12, level.cells_x());
   kernel_.setArg(13, samples_);
   kernel_.setArg(14, classes_[static_cast<std::size_t>(level_index)]);
   device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);

@@ -8,12 +8,6 @@
 
 namespace holdfast {
 
-/// Gain and bias a channel of every tile of a level, host side; element HF_TILE_PHOTO * (ty * tiles_x + tx).
-struct TilePhotometry {
-  std::vector<float> values;
-  cl::Buffer buffer;
-};
-
 /// Where the rendered view is looked for in the frame: equation 5 of docs/math.md.
 kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid);

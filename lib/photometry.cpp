@@ -6,10 +6,12 @@
 namespace holdfast {
 namespace {
 
-/// What the object's pair weighs against a tile's own pixels: as much as this many pixels of this contrast.
-constexpr double kPriorPixels = 40;
+constexpr int kCellsPerTile = HF_TILE / HF_CELL;
+
+/// What the object's pair weighs against a cell's own pixels: as much as this many pixels of this contrast.
+const double kPriorPixels = getenv("HFPP") ? atof(getenv("HFPP")) : 20;
 constexpr double kPriorVariance = 0.05 * 0.05;
-constexpr double kLeastGain = 0.2, kMostGain = 4.0;
+constexpr double kLeastGain = 0.1, kMostGain = 5.0;
 
 struct Moments {
   double w = 0, v = 0, i = 0, vv = 0, ii = 0, vi = 0;
@@ -25,41 +27,53 @@ struct Moments {
   double centered_vv() const { return w > 0 ? std::max(0.0, vv - v * v / w) : 0; }
   double centered_ii() const { return w > 0 ? std::max(0.0, ii - i * i / w) : 0; }
   double centered_vi() const { return w > 0 ? vi - v * i / w : 0; }
+
+  /// Moments, not regression: a misaligned view has the right spread but not the right correlation.
+  double gain(double expected) const {
+    const double prior = kPriorPixels * kPriorVariance;
+    return std::clamp(std::sqrt((centered_ii() + prior * expected * expected) / (centered_vv() + prior)), kLeastGain,
+                      kMostGain);
+  }
 };
+
+const float* cell_sums(const FlowConstraints& constraints, std::size_t tile, int cell) {
+  return constraints.tile_sums().data() + tile * HF_SUM_STRIDE + HF_SUM_PHOTO +
+         static_cast<std::size_t>(cell * HF_CELL_SUMS);
+}
 
 }  // namespace
 
 Photometry::Photometry(const Device::Impl& device, const std::vector<Level>& levels, bool enabled)
     : device_(device), levels_(levels), enabled_(enabled) {
   for (const Level& level : levels) {
-    TilePhotometry tiles;
-    const std::size_t count = static_cast<std::size_t>(level.tiles_x()) * static_cast<std::size_t>(level.tiles_y());
-    tiles.values.resize(count * HF_TILE_PHOTO);
-    tiles.buffer = device.zeroed_buffer(tiles.values.size() * sizeof(float));
-    tiles_.push_back(std::move(tiles));
+    LevelCells cells;
+    const std::size_t count = static_cast<std::size_t>(level.cells_x()) * static_cast<std::size_t>(level.cells_y());
+    cells.pairs.resize(count * HF_CELL_PAIRS);
+    cells.buffer = device.zeroed_buffer(cells.pairs.size() * sizeof(float));
+    cells_.push_back(std::move(cells));
+    moments_.resize(std::max(moments_.size(), count * HF_CELL_SUMS));
   }
+  blurred_.resize(moments_.size());
   reset();
 }
 
 void Photometry::reset() {
   gain_.fill(1);
   bias_.fill(0);
-  for (std::size_t l = 0; l < tiles_.size(); ++l) {
+  for (std::size_t l = 0; l < cells_.size(); ++l) {
     start_level(static_cast<int>(l), {0, 0, levels_[l].tiles_x(), levels_[l].tiles_y()}, false);
   }
 }
 
 void Photometry::start_level(int level, const kernel::hf_rect& tiles, bool from_coarser) {
   const auto l = static_cast<std::size_t>(level);
-  auto& values = tiles_[l].values;
-  const int stride = levels_[l].tiles_x();
-  for (int ty = tiles.y; ty < tiles.y + tiles.height; ++ty) {
-    for (int tx = tiles.x; tx < tiles.x + tiles.width; ++tx) {
-      float* pair = values.data() + static_cast<std::size_t>(HF_TILE_PHOTO * (ty * stride + tx));
+  const int stride = levels_[l].cells_x();
+  for (int cy = tiles.y * kCellsPerTile; cy < (tiles.y + tiles.height) * kCellsPerTile; ++cy) {
+    for (int cx = tiles.x * kCellsPerTile; cx < (tiles.x + tiles.width) * kCellsPerTile; ++cx) {
+      float* pair = cells_[l].pairs.data() + static_cast<std::size_t>(HF_CELL_PAIRS * (cy * stride + cx));
       if (from_coarser) {
-        const int coarse_stride = levels_[l + 1].tiles_x();
-        const float* coarse =
-            tiles_[l + 1].values.data() + static_cast<std::size_t>(HF_TILE_PHOTO * ((ty / 2) * coarse_stride + tx / 2));
+        const float* coarse = cells_[l + 1].pairs.data() +
+                              static_cast<std::size_t>(HF_CELL_PAIRS * ((cy / 2) * levels_[l + 1].cells_x() + cx / 2));
         std::copy(coarse, coarse + 2 * HF_CHANNELS, pair);
         continue;
       }
@@ -71,51 +85,65 @@ void Photometry::start_level(int level, const kernel::hf_rect& tiles, bool from_
   }
 }
 
+void Photometry::blur_moments(int columns, int rows) {
+  // Binomial (1 2 1)/4 both ways: sums of neighbours count for less the farther they are.
+  const auto at = [&](std::vector<float>& values, int column, int row) {
+    return values.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS);
+  };
+  const auto pass = [&](std::vector<float>& from, std::vector<float>& to, int step_x, int step_y) {
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const float* center = at(from, column, row);
+        const bool has_before = column - step_x >= 0 && row - step_y >= 0;
+        const bool has_after = column + step_x < columns && row + step_y < rows;
+        const float* before = has_before ? at(from, column - step_x, row - step_y) : nullptr;
+        const float* after = has_after ? at(from, column + step_x, row + step_y) : nullptr;
+        float* out = at(to, column, row);
+        for (std::size_t i = 0; i < HF_CELL_SUMS; ++i) {
+          out[i] = 0.5f * center[i] + 0.25f * ((before ? before[i] : 0.0f) + (after ? after[i] : 0.0f));
+        }
+      }
+    }
+  };
+  pass(moments_, blurred_, 1, 0);
+  pass(blurred_, moments_, 0, 1);
+}
+
 void Photometry::update(int level, const FlowConstraints& constraints) {
   if (!enabled_) return;
   const auto l = static_cast<std::size_t>(level);
   const kernel::hf_rect tiles = constraints.tiles();
-  const auto& sums = constraints.tile_sums();
-  const int stride = levels_[l].tiles_x();
-  auto& values = tiles_[l].values;
-
+  const int columns = tiles.width * kCellsPerTile, rows = tiles.height * kCellsPerTile;
+  std::array<Moments, HF_CHANNELS> object;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const auto tile = static_cast<std::size_t>((row / kCellsPerTile) * tiles.width + column / kCellsPerTile);
+      const float* sums = cell_sums(constraints, tile, (row % kCellsPerTile) * kCellsPerTile + column % kCellsPerTile);
+      std::copy(sums, sums + HF_CELL_SUMS,
+                moments_.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS));
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) object[c].add(sums + c * HF_PHOTO);
+    }
+  }
   for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    const std::size_t photo = HF_SUM_PHOTO + HF_PHOTO * c;
-    const auto tile_sums = [&](int column, int row) {
-      return sums.data() + static_cast<std::size_t>(row * tiles.width + column) * HF_SUM_STRIDE + photo;
-    };
-    Moments object;
-    for (int row = 0; row < tiles.height; ++row) {
-      for (int column = 0; column < tiles.width; ++column) object.add(tile_sums(column, row));
-    }
-    if (object.w > kPriorPixels) {
-      // Moments, not regression: a misaligned view has the right spread but not the right correlation.
-      const double prior = kPriorPixels * kPriorVariance;
-      const double gain =
-          std::sqrt((object.centered_ii() + prior * gain_[c] * gain_[c]) / (object.centered_vv() + prior));
-      gain_[c] = std::clamp(gain, kLeastGain, kMostGain);
-      bias_[c] = (object.i - gain_[c] * object.v) / object.w;
-    }
-    for (int row = 0; row < tiles.height; ++row) {
-      for (int column = 0; column < tiles.width; ++column) {
+    if (object[c].w < kPriorPixels) continue;
+    gain_[c] = object[c].gain(gain_[c]);
+    bias_[c] = (object[c].i - gain_[c] * object[c].v) / object[c].w;
+  }
+  blur_moments(columns, rows);
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const int cy = tiles.y * kCellsPerTile + row, cx = tiles.x * kCellsPerTile + column;
+      float* pair = cells_[l].pairs.data() + static_cast<std::size_t>(HF_CELL_PAIRS * (cy * levels_[l].cells_x() + cx));
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         Moments near;
-        for (int r = std::max(0, row - 1); r <= std::min(tiles.height - 1, row + 1); ++r) {
-          for (int k = std::max(0, column - 1); k <= std::min(tiles.width - 1, column + 1); ++k) {
-            near.add(tile_sums(k, r));
-          }
+        near.add(moments_.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS) + c * HF_PHOTO);
+        double gain = gain_[c], bias = bias_[c];
+        if (near.w > 0.5) {
+          gain = near.gain(gain_[c]);
+          bias = (near.i - gain * near.v) / near.w;
         }
-        const double prior = kPriorPixels * kPriorVariance;
-        const double gain =
-            std::clamp(std::sqrt((near.centered_ii() + prior * gain_[c] * gain_[c]) / (near.centered_vv() + prior)),
-                       kLeastGain, kMostGain);
-        // The object's pair, seen at this tile's mean, is what few pixels are drawn to.
-        const double mean_v = near.w > 0 ? near.v / near.w : object.w > 0 ? object.v / object.w : 0.5;
-        const double expected = gain_[c] * mean_v + bias_[c];
-        const double mean_i = (near.i + kPriorPixels * 0.25 * expected) / (near.w + kPriorPixels * 0.25);
-        float* pair =
-            values.data() + static_cast<std::size_t>(HF_TILE_PHOTO * ((tiles.y + row) * stride + tiles.x + column));
         pair[c] = static_cast<float>(gain);
-        pair[HF_CHANNELS + c] = static_cast<float>(mean_i - gain * mean_v);
+        pair[HF_CHANNELS + c] = static_cast<float>(bias);
       }
     }
   }
@@ -123,12 +151,12 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
 
 void Photometry::enqueue_upload(int level, const kernel::hf_rect& tiles) {
   const auto l = static_cast<std::size_t>(level);
-  const auto row = static_cast<std::size_t>(levels_[l].tiles_x()) * HF_TILE_PHOTO;
-  const std::size_t first = static_cast<std::size_t>(tiles.y) * row;
-  const std::size_t count = static_cast<std::size_t>(tiles.height) * row;
+  const auto row = static_cast<std::size_t>(levels_[l].cells_x()) * HF_CELL_PAIRS;
+  const std::size_t first = static_cast<std::size_t>(tiles.y * kCellsPerTile) * row;
+  const std::size_t count = static_cast<std::size_t>(tiles.height * kCellsPerTile) * row;
   if (count == 0) return;
-  device_.queue.enqueueWriteBuffer(tiles_[l].buffer, CL_FALSE, first * sizeof(float), count * sizeof(float),
-                                   tiles_[l].values.data() + first);
+  device_.queue.enqueueWriteBuffer(cells_[l].buffer, CL_FALSE, first * sizeof(float), count * sizeof(float),
+                                   cells_[l].pairs.data() + first);
 }
 
 double Photometry::correlation(const FlowConstraints& constraints) {
@@ -136,12 +164,14 @@ double Photometry::correlation(const FlowConstraints& constraints) {
   double vv = 0, ii = 0, vi = 0;
   const std::size_t count = static_cast<std::size_t>(tiles.width) * static_cast<std::size_t>(tiles.height);
   for (std::size_t tile = 0; tile < count; ++tile) {
-    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-      Moments moments;
-      moments.add(constraints.tile_sums().data() + tile * HF_SUM_STRIDE + HF_SUM_PHOTO + HF_PHOTO * c);
-      vv += moments.centered_vv();
-      ii += moments.centered_ii();
-      vi += moments.centered_vi();
+    for (int cell = 0; cell < kCellsPerTile * kCellsPerTile; ++cell) {
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        Moments moments;
+        moments.add(cell_sums(constraints, tile, cell) + c * HF_PHOTO);
+        vv += moments.centered_vv();
+        ii += moments.centered_ii();
+        vi += moments.centered_vi();
+      }
     }
   }
   return vv > 0 && ii > 0 ? vi / std::sqrt(vv * ii) : 0;

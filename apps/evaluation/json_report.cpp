@@ -127,6 +127,9 @@ void write_json(const std::filesystem::path& path, const Provenance& provenance,
     entry["diameter_mm"] = evaluation.diameter > 0 ? ordered_json(kMillimetres * evaluation.diameter) : ordered_json();
     entry["step"] = evaluation.step;
     entry["summary"] = json_of(evaluation.summary);
+    if (provenance.protocol == "rbot") {
+      entry["summary"]["losses"] = nullptr;  // its resets end them, not the tracker
+    }
     entry["per_frame"] = json_of(evaluation.records);
     root["evaluations"].push_back(entry);
   }

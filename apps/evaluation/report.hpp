@@ -32,8 +32,9 @@ struct Provenance {
 /// columns of its own: medians over the frames that did not fail.
 std::string table(const std::vector<Evaluation>& evaluations, bool rbot);
 
-/// The rest of the figures in the same form: ADD and ADD-S, depth and lateral errors, losses, coverage.
-std::string detail_table(const std::vector<Evaluation>& evaluations);
+/// The rest of the figures in the same form: ADD and ADD-S, depth and lateral errors, coverage, and
+/// (not for rbot, whose resets end them) losses and how long they lasted.
+std::string detail_table(const std::vector<Evaluation>& evaluations, bool rbot);
 
 /// Every frame of every evaluation as comma-separated values: lengths in millimetres, angles in degrees, poses in
 /// metres and row-major 3x4. Throws Error(output).

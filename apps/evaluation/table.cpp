@@ -138,8 +138,8 @@ double never_reacquired(const Summary& summary) {
                                            [](const Loss& loss) { return !loss.reacquired_frame; }));
 }
 
-std::vector<Column> columns_of_details() {
-  return {
+std::vector<Column> columns_of_details(bool rbot) {
+  std::vector<Column> columns = {
       part("ADD2%", &Summary::add, &DistanceScores::below_2_percent, Kind::share),
       part("5%", &Summary::add, &DistanceScores::below_5_percent, Kind::share),
       part("10%", &Summary::add, &DistanceScores::below_10_percent, Kind::share),
@@ -158,10 +158,13 @@ std::vector<Column> columns_of_details() {
       part("max", &Summary::lateral, &Spread::maximum, kMillimetres),
       share("cover%", [](const Summary& s) { return s.coverage.inside_95; }),
       number("chi2", [](const Summary& s) { return s.coverage.median_squared; }),
-      count("losses", [](const Summary& s) { return static_cast<double>(s.losses.size()); }),
-      count("never back", never_reacquired),
-      count("slowest back", slowest_reacquisition),
   };
+  if (!rbot) {
+    columns.push_back(count("losses", [](const Summary& s) { return static_cast<double>(s.losses.size()); }));
+    columns.push_back(count("never back", never_reacquired));
+    columns.push_back(count("slowest back", slowest_reacquisition));
+  }
+  return columns;
 }
 
 double mean(const Column& column, const std::vector<Evaluation>& evaluations, int step) {
@@ -229,8 +232,8 @@ std::string table(const std::vector<Evaluation>& evaluations, bool rbot) {
   return table_of(evaluations, rbot ? columns_of_rbot() : columns_of_never_reset());
 }
 
-std::string detail_table(const std::vector<Evaluation>& evaluations) {
-  return table_of(evaluations, columns_of_details());
+std::string detail_table(const std::vector<Evaluation>& evaluations, bool rbot) {
+  return table_of(evaluations, columns_of_details(rbot));
 }
 
 }  // namespace holdfast::evaluation

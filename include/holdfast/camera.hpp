@@ -3,11 +3,13 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "holdfast/export.hpp"
+
 namespace holdfast {
 
 /// Pinhole camera with optional lens distortion. Axes as OpenCV (x right, y down, z forward); pixel centres at
 /// integers, so the image spans [-0.5, width - 0.5].
-struct Camera {
+struct HOLDFAST_EXPORT Camera {
   int width = 0;   ///< pixels
   int height = 0;  ///< pixels
   double fx = 0;   ///< focal length, pixels

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "holdfast/export.hpp"
+
 /// OpenCL's handles, declared so that no OpenCL header is needed here.
 struct _cl_context;
 struct _cl_command_queue;
@@ -43,7 +45,7 @@ struct DeviceOptions {
 };
 
 /// An OpenCL device with context, in-order queue and Holdfast's compiled kernels. Copies share them.
-class Device {
+class HOLDFAST_EXPORT Device {
  public:
   /// Throws Error(device) when there is no usable device or the wanted one is missing; the message lists what there is.
   explicit Device(const DeviceOptions& options = {});

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "holdfast/export.hpp"
+
 namespace holdfast {
 
 /// What kind of thing was wrong; programs map it to exit codes.
@@ -20,7 +22,7 @@ enum class ErrorCode {
 
 /// The one exception of the library: misuse and failure. The message says what was wrong, where, and what to do.
 /// Losing the object is a status of the tracker, never an exception.
-class Error : public std::runtime_error {
+class HOLDFAST_EXPORT Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
   ErrorCode code() const noexcept { return code_; }

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "holdfast/export.hpp"
+
 /// OpenCL's memory handle, declared so that no OpenCL header is needed here.
 struct _cl_mem;
 
@@ -48,9 +50,9 @@ struct Rect {
 };
 
 /// Bytes of one packed row of the format's first plane.
-std::size_t packed_stride(PixelFormat format, int width);
+HOLDFAST_EXPORT std::size_t packed_stride(PixelFormat format, int width);
 
 /// Bytes that a frame occupies in all its planes.
-std::size_t frame_bytes(PixelFormat format, int height, std::size_t stride_bytes);
+HOLDFAST_EXPORT std::size_t frame_bytes(PixelFormat format, int height, std::size_t stride_bytes);
 
 }  // namespace holdfast

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "holdfast/camera.hpp"
+#include "holdfast/export.hpp"
 #include "holdfast/image_view.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
@@ -16,40 +17,40 @@ namespace holdfast::io {
 
 /// Reads any model file that assimp reads (OBJ, PLY, glTF, ...), its textures and vertex colours; `scale` turns the
 /// file's unit into metres. Throws Error(file) or Error(model).
-Mesh load_model(const std::filesystem::path& path, double scale = 1.0);
+HOLDFAST_EXPORT Mesh load_model(const std::filesystem::path& path, double scale = 1.0);
 
 /// Writes OBJ, MTL and one PNG a textured material (alpha kept), side by side. Throws Error(output), and
 /// Error(invalid_argument) when the name does not end in .obj.
-void save_model(const std::filesystem::path& path, const Mesh& mesh);
+HOLDFAST_EXPORT void save_model(const std::filesystem::path& path, const Mesh& mesh);
 
 /// A warning naming the likely unit when the object is under 1 mm or over 10 m, or when, seen at this pose, it is about
 /// 1000 times too large or too small for the picture; nothing when the size is plausible.
-std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
-                                        const std::optional<Camera>& camera);
+HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
+                                                        const std::optional<Camera>& camera);
 
 /// Reads an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML or "fx fy cx cy" text. Text has no size:
 /// width and height stay 0. Throws Error(file) or Error(camera).
-Camera load_camera(const std::filesystem::path& path);
+HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 
 /// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output), and
 /// Error(invalid_argument) for another extension.
-void save_camera(const std::filesystem::path& path, const Camera& camera);
+HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera& camera);
 
 /// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
 /// program's option --rescale-camera) when they differ, unless `rescale`.
-Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
+HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
 
 /// Reads the first pose of a file: a 3x4 or 4x4 row-major matrix in any line layout, or TUM (t tx ty tz qx qy qz qw).
 /// Throws Error(file) or Error(pose).
-Pose load_pose(const std::filesystem::path& path);
+HOLDFAST_EXPORT Pose load_pose(const std::filesystem::path& path);
 
 /// All poses of a file, one a line (12 or 16 numbers, or TUM's 8).
-std::vector<Pose> load_poses(const std::filesystem::path& path);
+HOLDFAST_EXPORT std::vector<Pose> load_poses(const std::filesystem::path& path);
 
 /// Writes a 4x4 matrix as text. Throws Error(output).
-void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
+HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 
 /// An image file as RGBA; throws Error(file).
-Texture load_texture(const std::filesystem::path& path);
+HOLDFAST_EXPORT Texture load_texture(const std::filesystem::path& path);
 
 }  // namespace holdfast::io

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "holdfast/export.hpp"
+
 namespace holdfast {
 
 /// RGBA image, rows from the top (v = 1) down. Alpha 0 marks surface that was never seen: it is drawn (it hides what
@@ -24,7 +26,7 @@ struct Material {
 };
 
 /// Triangle mesh, metres, object frame.
-struct Mesh {
+struct HOLDFAST_EXPORT Mesh {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector2f> texture_coordinates;     ///< empty, or one a vertex; OpenGL's convention, v upwards
   std::vector<std::array<std::uint8_t, 4>> colors;      ///< empty, or one RGBA a vertex; used where there is no texture

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "holdfast/export.hpp"
+
 namespace holdfast {
 
 /// The tests of one pixel's gradients (paper, equations 5 to 7; docs/math.md, equations 7 to 10).
@@ -22,7 +24,7 @@ enum class Mode {
   paper,     ///< one render, one solve, as de Ruiter and Benhabib (2008)
 };
 
-struct TrackerOptions {
+struct HOLDFAST_EXPORT TrackerOptions {
   Mode mode = Mode::standard;
   OcclusionOptions occlusion;
   bool redundancy = false;          ///< drop channels whose gradient repeats the strongest one's direction

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include "holdfast/export.hpp"
+
 namespace holdfast {
 
 /// Rigid motion. As `T_camera_object` it maps points of the object frame to the camera frame, metres.
@@ -13,18 +15,18 @@ using Twist = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// Exponential map of SE(3) (equation 3 in docs/math.md).
-Pose exp_se3(const Twist& twist);
+HOLDFAST_EXPORT Pose exp_se3(const Twist& twist);
 
 /// Logarithm of SE(3), the inverse of exp_se3 for rotations below pi.
-Twist log_se3(const Pose& pose);
+HOLDFAST_EXPORT Twist log_se3(const Pose& pose);
 
 /// The nearest rigid motion: repeated products drift off SO(3) and must be renormalised.
-Pose renormalized(const Pose& pose);
+HOLDFAST_EXPORT Pose renormalized(const Pose& pose);
 
 /// Angle of the rotation, radians in [0, pi].
-double rotation_angle(const Eigen::Matrix3d& rotation);
+HOLDFAST_EXPORT double rotation_angle(const Eigen::Matrix3d& rotation);
 
 /// Throws Error(pose) when the matrix is not finite or not a rotation within `tolerance`.
-void validate_pose(const Pose& pose, double tolerance = 1e-3);
+HOLDFAST_EXPORT void validate_pose(const Pose& pose, double tolerance = 1e-3);
 
 }  // namespace holdfast

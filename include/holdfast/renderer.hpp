@@ -6,6 +6,7 @@
 #include <string>
 
 #include "holdfast/camera.hpp"
+#include "holdfast/export.hpp"
 #include "holdfast/image_view.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
@@ -27,7 +28,7 @@ struct DepthRange {
 
 /// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
 /// thread at a time, any thread.
-class Renderer {
+class HOLDFAST_EXPORT Renderer {
  public:
   /// `max_width` x `max_height`: the largest region that render() will be asked for, pixels.
   /// Throws Error(renderer) when OSMesa is missing or does not draw, Error(model) for a mesh that cannot be drawn.

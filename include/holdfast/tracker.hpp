@@ -8,6 +8,7 @@
 
 #include "holdfast/camera.hpp"
 #include "holdfast/device.hpp"
+#include "holdfast/export.hpp"
 #include "holdfast/image_view.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/options.hpp"
@@ -75,7 +76,7 @@ struct RenderedView {
 
 /// Follows one object of known shape and texture through the frames of one camera (DESIGN of the loop:
 /// docs/architecture.md). Not thread-safe; several trackers may run in several threads.
-class Tracker {
+class HOLDFAST_EXPORT Tracker {
  public:
   /// Builds kernels, renders once and allocates all that frames will need.
   /// Throws Error(model, camera, invalid_argument, device, renderer).
