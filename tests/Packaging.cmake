@@ -18,4 +18,4 @@ add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_
 set_tests_properties(installed_program consumer_cmake consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
 add_test(NAME consumer_shared COMMAND ${SHELL_PROGRAM} ${consumer}/shared.sh
   ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR}/shared ${CMAKE_CXX_COMPILER})
-set_tests_properties(consumer_shared PROPERTIES TIMEOUT 900)
+set_tests_properties(consumer_shared PROPERTIES TIMEOUT 900 PROCESSORS 2)
