@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
   holdfast::add_track_command(app, exit_code);
   holdfast::add_init_command(app, exit_code);
   holdfast::add_devices_command(app, exit_code);
+  holdfast::add_simulate_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);
   app.footer(std::string("'holdfast COMMAND --help' lists a command's options.\n\n") + kExitCodes);
   try {

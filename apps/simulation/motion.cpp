@@ -247,26 +247,28 @@ PoseAt sharp_motion(const Stage& stage, const MotionOptions& options, int frames
     const Pose after = between(here, next, 0.01);
     const Eigen::Vector3d in = stage.center_camera(here) - stage.center_camera(before);
     const Eigen::Vector3d out = stage.center_camera(after) - stage.center_camera(here);
-    return in.dot(out) <= 0 && stage.flow(before, here).dot(stage.flow(here, after)) <= 0;
+    // A little more than 90 degrees, so that rounding cannot undo it.
+    return in.dot(out) <= -0.05 * in.norm() * out.norm() && stage.flow(before, here).dot(stage.flow(here, after)) <= 0;
   };
 
   // One frame more at each end, for exposures that reach beyond the first and last.
   const double total = options.speed * (frames + 1);
   const double piece = total / (options.turns + 1);
+  const auto whole_frames = [&](double way) { return options.speed * std::floor(way / options.speed + 1e-6); };
   Polyline path(stage, random_pose());
   for (int i = 0; i < 200 && !stage.in_view(path.last()); ++i) path = Polyline(stage, random_pose());
   while (path.length() < total) {
-    // Slightly shorter than an even share, so that the turns fit in.
-    const double wanted = piece * random.uniform(0.75, 1.0);
+    // Slightly shorter than an even share, so that the turns fit in; whole frames long, so that turns fall on frames.
+    const double wanted = std::max(options.speed, whole_frames(piece * random.uniform(0.75, 1.0)));
     Pose best = path.last();
     double best_length = 0;
-    for (int attempt = 0; attempt < 3000 && best_length < 0.98 * wanted; ++attempt) {
-      Pose candidate = random_pose();
+    for (int attempt = 0; attempt < 3000 && best_length < wanted; ++attempt) {
       Polyline trial(stage, path.last());
-      trial.append(candidate);
-      if (trial.length() > wanted) candidate = trial.at(wanted);
-      const double length = std::min(trial.length(), wanted);
-      if (length <= best_length || !stays_in_view(path.last(), candidate) || !turns_back(path, candidate)) continue;
+      trial.append(random_pose());
+      const double length = std::min(wanted, whole_frames(trial.length()));
+      if (length <= best_length) continue;
+      const Pose candidate = trial.at(length);
+      if (!stays_in_view(path.last(), candidate) || !turns_back(path, candidate)) continue;
       best = candidate;
       best_length = length;
     }
@@ -356,19 +358,14 @@ MotionSummary summarize_motion(const std::vector<Pose>& poses, const Mesh& mesh,
   MotionSummary summary;
   const Corners corners = bounding_corners(mesh);
   const Eigen::Vector3d center = 0.5 * (corners.front() + corners.back());
-  const auto mean_pixel = [&](const Pose& pose) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector3d& corner : corners) sum += (pose * corner).hnormalized() / 8.0;
-    return Eigen::Vector2d(camera.fx * sum.x(), camera.fy * sum.y());
-  };
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const double distance = (poses[i] * center).z();
     summary.nearest = i == 0 ? distance : std::min(summary.nearest, distance);
     summary.farthest = std::max(summary.farthest, distance);
     if (i + 1 < poses.size()) summary.corner_speed.push_back(corner_motion(corners, camera, poses[i], poses[i + 1]));
     if (i > 0 && i + 1 < poses.size()) {
-      const Eigen::Vector2d in = mean_pixel(poses[i]) - mean_pixel(poses[i - 1]);
-      const Eigen::Vector2d out = mean_pixel(poses[i + 1]) - mean_pixel(poses[i]);
+      const Eigen::Vector3d in = (poses[i] * center) - (poses[i - 1] * center);
+      const Eigen::Vector3d out = (poses[i + 1] * center) - (poses[i] * center);
       if (in.norm() > 0 && out.norm() > 0 && in.dot(out) <= 0) ++summary.turns;
     }
   }

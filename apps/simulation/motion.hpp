@@ -60,7 +60,7 @@ struct MotionSummary {
   double median_speed = 0;
   double speed_95 = 0;  ///< 95 % of the frames are no faster
   double max_speed = 0;
-  int turns = 0;       ///< frames at which the corners' mean motion turns by 90 degrees or more
+  int turns = 0;       ///< frames at which the box's centre turns by 90 degrees or more in its way through space
   double nearest = 0;  ///< of the bounding box's centre, metres
   double farthest = 0;
 };

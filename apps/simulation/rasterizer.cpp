@@ -40,6 +40,10 @@ struct ScreenTriangle {
   int first_column = 0, last_column = -1;
   int object = 0;  // 0: the tracked one
   const MipTexture* texture = nullptr;
+
+  bool covers(double column, double row) const {
+    return std::all_of(edges.begin(), edges.end(), [&](const Plane& edge) { return edge.at(column, row) >= 0; });
+  }
 };
 
 Vertex mix(const Vertex& a, const Vertex& b, double share) {
@@ -206,25 +210,32 @@ class VisibilityBand {
   std::vector<int> triangle_;
 };
 
+// What hardly changes within a pixel: how a triangle is lit there and how large a sample's footprint is on its texture.
+struct Patch {
+  int triangle = -1;
+  Eigen::Array3f light;
+  Eigen::Array3f highlight;
+  MipTexture::Footprint footprint;
+};
+
 class Shader {
  public:
   Shader(const Scene& scene, const Camera& camera, int samples) : scene_(scene), camera_(camera), samples_(samples) {}
 
-  Eigen::Vector3f shade(const ScreenTriangle& t, int column, int row) const {
+  // At a sample position, which may lie between samples.
+  Patch patch(const ScreenTriangle& t, int triangle, double column, double row) const {
+    Patch result;
+    result.triangle = triangle;
     const double depth = 1.0 / t.inverse_depth.at(column, row);
-    const SceneObject& object =
-        t.object == 0 ? scene_.object : scene_.occluders[static_cast<std::size_t>(t.object) - 1];
-
-    Eigen::Vector3f albedo;
     if (t.texture) {
-      const Eigen::Vector2d texel(t.texel[0].at(column, row) * depth, t.texel[1].at(column, row) * depth);
-      const Eigen::Vector2d across((t.texel[0].x - texel.x() * t.inverse_depth.x) * depth,
-                                   (t.texel[1].x - texel.y() * t.inverse_depth.x) * depth);
-      const Eigen::Vector2d down((t.texel[0].y - texel.x() * t.inverse_depth.y) * depth,
-                                 (t.texel[1].y - texel.y() * t.inverse_depth.y) * depth);
-      albedo = t.texture->sample(texel.cast<float>(), across.cast<float>(), down.cast<float>(), object.mesh->repeats());
-    } else {
-      for (int k = 0; k < 3; ++k) albedo[k] = static_cast<float>(t.color[k].at(column, row) * depth);
+      const double x = t.texel[0].at(column, row) * depth;
+      const double y = t.texel[1].at(column, row) * depth;
+      const auto slope = [&](double Plane::*along) {
+        const double rate = t.inverse_depth.*along;
+        return Eigen::Vector2f(static_cast<float>((t.texel[0].*along - x * rate) * depth),
+                               static_cast<float>((t.texel[1].*along - y * rate) * depth));
+      };
+      result.footprint = MipTexture::footprint(slope(&Plane::x), slope(&Plane::y));
     }
 
     const double u = (column + 0.5) / samples_ - 0.5;
@@ -235,23 +246,42 @@ class Shader {
     normal.normalize();
     if (normal.dot(to_eye) < 0) normal = -normal;  // both sides of a surface are lit
 
-    Eigen::Vector3f light = scene_.ambient;
-    Eigen::Vector3f highlight = Eigen::Vector3f::Zero();
+    const Finish& finish = object(t).finish;
+    result.light = scene_.ambient;
+    result.highlight.setZero();
     for (const PointLight& lamp : scene_.lights) {
       const Eigen::Vector3d to_light = (lamp.position - p_camera).normalized();
       const double lambert = normal.dot(to_light);
       if (lambert <= 0) continue;
-      light += static_cast<float>(lambert) * lamp.color;
-      if (object.finish.specular > 0) {
+      result.light += static_cast<float>(lambert) * lamp.color.array();
+      if (finish.specular > 0) {
         const double half = normal.dot((to_light + to_eye).normalized());
-        const double power = half > 0 ? object.finish.shininess * std::log(half) : -100.0;
-        if (power > -10.0) highlight += static_cast<float>(object.finish.specular * std::exp(power)) * lamp.color;
+        if (half > 0) {
+          result.highlight +=
+              static_cast<float>(finish.specular * std::pow(half, finish.shininess)) * lamp.color.array();
+        }
       }
     }
-    return albedo.cwiseProduct(light) + highlight;
+    return result;
+  }
+
+  Eigen::Array3f shade(const ScreenTriangle& t, const Patch& patch, int column, int row) const {
+    const double depth = 1.0 / t.inverse_depth.at(column, row);
+    Eigen::Array3f albedo;
+    if (t.texture) {
+      const Eigen::Vector2d texel(t.texel[0].at(column, row) * depth, t.texel[1].at(column, row) * depth);
+      albedo = t.texture->sample(texel.cast<float>(), patch.footprint, object(t).mesh->repeats());
+    } else {
+      for (int k = 0; k < 3; ++k) albedo[k] = static_cast<float>(t.color[k].at(column, row) * depth);
+    }
+    return albedo * patch.light + patch.highlight;
   }
 
  private:
+  const SceneObject& object(const ScreenTriangle& t) const {
+    return t.object == 0 ? scene_.object : scene_.occluders[static_cast<std::size_t>(t.object) - 1];
+  }
+
   const Scene& scene_;
   const Camera& camera_;
   int samples_;
@@ -403,22 +433,27 @@ Eigen::Array4f MipTexture::trilinear(const Eigen::Vector2f& texel, float level, 
   return value + (at(levels_[fine + 1]) - value) * share;
 }
 
-Eigen::Vector3f MipTexture::sample(const Eigen::Vector2f& texel, const Eigen::Vector2f& across,
-                                   const Eigen::Vector2f& down, bool repeat) const {
+MipTexture::Footprint MipTexture::footprint(const Eigen::Vector2f& across, const Eigen::Vector2f& down) {
+  Footprint result;
   const Eigen::Vector2f& longer = across.squaredNorm() > down.squaredNorm() ? across : down;
   const float longest = longer.norm();
-  if (longest <= 1.0f) return bilinear(levels_.front(), texel.x(), texel.y(), repeat).head<3>();
+  if (longest <= 1.0f) return result;
   // The footprint's width is its area over its length: right for sheared footprints too.
   const float width = std::abs(across.x() * down.y() - across.y() * down.x()) / longest;
   // Surfaces seen at a slant are averaged along the footprint, not blurred in both directions.
-  const int probes = std::clamp(static_cast<int>(std::ceil(longest / std::max(width, 0.5f) - 0.3f)), 1, 8);
-  const float level = std::log2(std::max(longest / static_cast<float>(probes), 1.0f));
+  result.probes = std::clamp(static_cast<int>(std::ceil(longest / std::max(width, 0.5f) - 0.5f)), 1, 8);
+  result.step = longer / static_cast<float>(result.probes);
+  result.level = std::log2(std::max(longest / static_cast<float>(result.probes), 1.0f));
+  return result;
+}
+
+Eigen::Array3f MipTexture::sample(const Eigen::Vector2f& texel, const Footprint& footprint, bool repeat) const {
   Eigen::Array4f sum = Eigen::Array4f::Zero();
-  for (int i = 0; i < probes; ++i) {
-    const float along = (static_cast<float>(i) + 0.5f) / static_cast<float>(probes) - 0.5f;
-    sum += trilinear(texel + along * longer, level, repeat);
+  for (int i = 0; i < footprint.probes; ++i) {
+    const float along = static_cast<float>(i) - 0.5f * static_cast<float>(footprint.probes - 1);
+    sum += trilinear(texel + along * footprint.step, footprint.level, repeat);
   }
-  return sum.head<3>() / static_cast<float>(probes);
+  return sum.head<3>() / static_cast<float>(footprint.probes);
 }
 
 DrawnMesh::DrawnMesh(const Mesh& mesh) {
@@ -491,7 +526,8 @@ Layer draw(const Scene& scene, const Camera& camera, int samples, bool shade) {
       float* object_share = layer.object_share.ptr<float>(out_row);
       float* other_share = layer.other_share.ptr<float>(out_row);
       for (int x = 0; x < layer.region.width; ++x) {
-        Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+        Eigen::Array3f sum = Eigen::Array3f::Zero();
+        Patch patch;
         int object_count = 0;
         int other_count = 0;
         for (int row = first_row + y * samples; row < first_row + (y + 1) * samples; ++row) {
@@ -500,7 +536,14 @@ Layer draw(const Scene& scene, const Camera& camera, int samples, bool shade) {
             if (index < 0) continue;
             const ScreenTriangle& t = triangles[static_cast<std::size_t>(index)];
             ++(t.object == 0 ? object_count : other_count);
-            if (shade) sum += shader.shade(t, column, row);
+            if (!shade) continue;
+            if (index != patch.triangle) {
+              const double middle_column = first_column + (x + 0.5) * samples - 0.5;
+              const double middle_row = first_row + (y + 0.5) * samples - 0.5;
+              const bool inside = t.covers(middle_column, middle_row);
+              patch = shader.patch(t, index, inside ? middle_column : column, inside ? middle_row : row);
+            }
+            sum += shader.shade(t, patch, column, row);
           }
         }
         layer.visible_samples += object_count;

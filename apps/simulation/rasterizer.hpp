@@ -25,10 +25,18 @@ class MipTexture {
   explicit MipTexture(const Texture& texture);
   int width() const { return levels_.front().width; }
   int height() const { return levels_.front().height; }
-  /// Linear BGR averaged over a footprint: `across` and `down` are what the texture coordinate, in texels of the finest
-  /// level, moves by from one sample to the next. `repeat`: coordinates outside the texture wrap round.
-  Eigen::Vector3f sample(const Eigen::Vector2f& texel, const Eigen::Vector2f& across, const Eigen::Vector2f& down,
-                         bool repeat) const;
+
+  /// What a sample stands for on the texture, in texels of the finest level: probes in a row, each averaging a square.
+  struct Footprint {
+    int probes = 1;
+    Eigen::Vector2f step = Eigen::Vector2f::Zero();  ///< from probe to probe
+    float level = 0;                                 ///< of the pyramid: log2 of the square's side
+  };
+  /// `across` and `down`: what the texture coordinate moves by from one sample to the next.
+  static Footprint footprint(const Eigen::Vector2f& across, const Eigen::Vector2f& down);
+
+  /// Linear BGR averaged over a footprint round `texel`. `repeat`: coordinates outside the texture wrap round.
+  Eigen::Array3f sample(const Eigen::Vector2f& texel, const Footprint& footprint, bool repeat) const;
 
  private:
   struct Level {
@@ -102,8 +110,8 @@ struct Layer {
   std::int64_t visible_samples = 0;  ///< of these, with nothing in front
 };
 
-/// Draws a scene with `samples` x `samples` samples a pixel through an ideal (undistorted) camera. With `shade` false
-/// only the shares and counts are made.
+/// Draws a scene with `samples` x `samples` samples a pixel; the camera's lens distortion is left out (lens.hpp adds
+/// it). With `shade` false only the shares and counts are made.
 Layer draw(const Scene& scene, const Camera& camera, int samples, bool shade = true);
 
 }  // namespace holdfast::simulation

@@ -53,6 +53,7 @@ Sequence::Sequence(const Mesh& object, const SequenceOptions& options)
     : options_(validated(options)),
       mesh_(object),
       corners_(bounding_corners(object)),
+      lens_(options.camera),
       motion_(make_motion(options.motion, object, options.camera, options.frames, options.seed)),
       background_(options.background, cv::Size(options.camera.width, options.camera.height), options.seed),
       sensor_(options.sensor, options.seed) {
@@ -121,7 +122,7 @@ SimulatedFrame Sequence::make(int i) const {
   result.T_camera_object = motion_(i);
   for (int k = 0; k < count; ++k) {
     const double time = i + options_.motion_blur * ((k + 0.5) / count - 0.5);
-    const Layer layer = draw(scene_at(time), options_.camera, samples);
+    const Layer layer = lens_.draw(scene_at(time), samples);
     cv::Mat instant = background_.at(time).clone();
     if (!layer.region.empty()) {
       composite(layer, instant);
@@ -148,7 +149,7 @@ SimulatedFrame Sequence::make(int i) const {
 
 double Sequence::visible_share(int i) const {
   check_index(i);
-  return share_of(draw(scene_at(i), options_.camera, options_.samples, false));
+  return share_of(lens_.draw(scene_at(i), options_.samples, false));
 }
 
 }  // namespace holdfast::simulation

@@ -8,6 +8,7 @@
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
 #include "simulation/background.hpp"
+#include "simulation/lens.hpp"
 #include "simulation/motion.hpp"
 #include "simulation/occluder.hpp"
 #include "simulation/rasterizer.hpp"
@@ -85,6 +86,7 @@ class Sequence {
   SequenceOptions options_;
   DrawnMesh mesh_;
   std::array<Eigen::Vector3d, 8> corners_;
+  Lens lens_;
   PoseAt motion_;
   std::vector<Occluder> occluders_;
   Background background_;

@@ -1,0 +1,428 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "common_options.hpp"
+#include "config_file.hpp"
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+#include "simulation/sequence.hpp"
+#include "simulation/sequence_files.hpp"
+#include "simulation/textured_box.hpp"
+
+namespace holdfast {
+namespace {
+
+using namespace simulation;
+
+constexpr double radians_a_degree = std::numbers::pi / 180.0;
+
+struct SimulateArguments {
+  std::filesystem::path folder;
+  SequenceOptions sequence;
+  SequenceFileOptions files;
+  BoxOptions box;
+  bool quiet = false;
+
+  std::string model = "box";
+  double model_scale = 1;
+  std::filesystem::path camera;
+  std::string size = "640x480";
+  double view_angle = 0;
+  bool rescale_camera = false;
+
+  std::string motion = "smooth";
+  std::vector<double> distance;  // nearest, farthest
+  double rotation_degrees = 35;
+  std::vector<double> orientation;  // yaw, pitch, roll, degrees
+  std::filesystem::path trajectory;
+
+  std::vector<std::string> occluders;
+  OccluderOptions occluder;  // what all bars and cubes share
+  std::vector<std::string> occluder_models;
+  std::vector<std::string> occluder_trajectories;
+
+  std::vector<std::string> lights;
+  std::vector<double> light_orbit;  // radius, frames a turn
+};
+
+// "a<separator>b...": exactly `count` numbers.
+std::vector<double> numbers_in(const std::string& text, char separator, std::size_t count, const std::string& option,
+                               const std::string& wanted) {
+  std::vector<double> numbers;
+  const std::vector<std::string> parts = CLI::detail::split(text, separator);
+  for (const std::string& part : parts) {
+    double number = 0;
+    if (!CLI::detail::lexical_cast(part, number)) break;
+    numbers.push_back(number);
+  }
+  if (numbers.size() != count || parts.size() != count) {
+    throw Error(ErrorCode::invalid_argument, fmt::format("{}: '{}' is not {}", option, text, wanted));
+  }
+  return numbers;
+}
+
+Mesh object_mesh(const SimulateArguments& arguments) {
+  if (arguments.model == "box") return textured_box(arguments.box);
+  return io::load_model(arguments.model, arguments.model_scale);
+}
+
+Camera camera_of(const SimulateArguments& arguments) {
+  const std::vector<double> size = numbers_in(arguments.size, 'x', 2, "--size", "WIDTHxHEIGHT, for example 640x480");
+  const int width = static_cast<int>(size[0]);
+  const int height = static_cast<int>(size[1]);
+  if (width < 16 || height < 16 || width > 8192 || height > 8192) {
+    throw Error(ErrorCode::invalid_argument, "--size: width and height must be 16 to 8192 pixels");
+  }
+  if (!arguments.camera.empty()) {
+    const Camera camera = io::load_camera(arguments.camera);
+    // A calibration brings its own size; the default must not contradict it.
+    if (camera.width > 0 && arguments.size == SimulateArguments().size) return camera;
+    return io::camera_for_frames(camera, width, height, arguments.rescale_camera);
+  }
+  const double angle = arguments.view_angle > 0 ? arguments.view_angle : 52.4;
+  const double focal = 0.5 * width / std::tan(0.5 * angle * radians_a_degree);
+  return {width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1), {}};
+}
+
+MotionOptions motion_of(const SimulateArguments& arguments) {
+  MotionOptions motion = arguments.sequence.motion;
+  motion.style = arguments.motion == "sharp"   ? MotionStyle::sharp
+                 : arguments.motion == "still" ? MotionStyle::still
+                                               : MotionStyle::smooth;
+  if (!arguments.distance.empty()) {
+    motion.nearest = arguments.distance[0];
+    motion.farthest = arguments.distance[1];
+  }
+  motion.rotation_range = arguments.rotation_degrees * radians_a_degree;
+  if (!arguments.orientation.empty()) {
+    const Eigen::Matrix3d upright = Eigen::Vector3d(1, -1, -1).asDiagonal();
+    motion.orientation = Eigen::AngleAxisd(arguments.orientation[2] * radians_a_degree, Eigen::Vector3d::UnitZ()) *
+                         Eigen::AngleAxisd(arguments.orientation[1] * radians_a_degree, Eigen::Vector3d::UnitX()) *
+                         Eigen::AngleAxisd(arguments.orientation[0] * radians_a_degree, Eigen::Vector3d::UnitY()) *
+                         upright;
+  }
+  if (!arguments.trajectory.empty()) motion.T_camera_object = io::load_poses(arguments.trajectory);
+  return motion;
+}
+
+std::vector<OccluderOptions> occluders_of(const SimulateArguments& arguments) {
+  std::vector<OccluderOptions> occluders;
+  for (const std::string& name : arguments.occluders) {
+    occluders.push_back(arguments.occluder);
+    occluders.back().kind = name == "bar" ? OccluderKind::bar : OccluderKind::cube;
+  }
+  if (arguments.occluder_models.size() != arguments.occluder_trajectories.size()) {
+    throw Error(ErrorCode::invalid_argument,
+                "--occluder-model: each needs its --occluder-trajectory, in the same order");
+  }
+  for (std::size_t i = 0; i < arguments.occluder_models.size(); ++i) {
+    OccluderOptions occluder;
+    occluder.kind = OccluderKind::mesh;
+    occluder.mesh = arguments.occluder_models[i] == "box" ? textured_box({.seed = arguments.box.seed + 1})
+                                                          : io::load_model(arguments.occluder_models[i]);
+    occluder.T_camera_mesh = io::load_poses(arguments.occluder_trajectories[i]);
+    occluders.push_back(std::move(occluder));
+  }
+  return occluders;
+}
+
+LightingOptions lighting_of(const SimulateArguments& arguments) {
+  LightingOptions lighting = arguments.sequence.lighting;
+  if (!arguments.lights.empty()) lighting.lights.clear();
+  for (const std::string& text : arguments.lights) {
+    const auto values = numbers_in(text, ',', 4, "--light", "X,Y,Z,INTENSITY in metres, for example -0.6,-1,-0.3,0.65");
+    LightOptions light;
+    light.position = {values[0], values[1], values[2]};
+    light.intensity = values[3];
+    lighting.lights.push_back(light);
+  }
+  for (LightOptions& light : lighting.lights) {
+    if (arguments.light_orbit.empty()) continue;
+    light.orbit_radius = arguments.light_orbit[0];
+    light.orbit_frames = arguments.light_orbit[1];
+  }
+  return lighting;
+}
+
+void print_progress(int frame, int frames, double seconds) {
+  const double left = seconds / (frame + 1) * (frames - frame - 1);
+  fmt::print(stderr, "\r{} of {} frames, {:.0f} s left ", frame + 1, frames, left);
+  if (frame + 1 == frames) fmt::print(stderr, "\r{:60}\r", "");
+}
+
+void run(const SimulateArguments& arguments, bool frames_given) {
+  SequenceOptions options = arguments.sequence;
+  options.camera = camera_of(arguments);
+  options.motion = motion_of(arguments);
+  if (!options.motion.T_camera_object.empty() && !frames_given) {
+    options.frames = static_cast<int>(options.motion.T_camera_object.size());
+  }
+  options.occluders = occluders_of(arguments);
+  options.lighting = lighting_of(arguments);
+  const Mesh mesh = object_mesh(arguments);
+  const Sequence sequence(mesh, options);
+
+  const bool show_progress = !arguments.quiet && isatty(STDERR_FILENO) == 1;
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  double least_visible = 1;
+  double visible_sum = 0;
+  write_sequence(sequence, arguments.folder, arguments.files, [&](int i, const SimulatedFrame& frame) {
+    least_visible = std::min(least_visible, frame.visible_share);
+    visible_sum += frame.visible_share;
+    if (show_progress) print_progress(i, sequence.size(), seconds());
+  });
+  if (arguments.model == "box") {
+    std::filesystem::create_directories(arguments.folder / "model");
+    io::save_model(arguments.folder / "model" / "model.obj", mesh);
+  }
+  if (arguments.quiet) return;
+  const MotionSummary motion = summarize_motion(sequence.poses(), mesh, options.camera);
+  fmt::print("{} frames of {}x{} in {} ({:.0f} ms a frame)\n", sequence.size(), options.camera.width,
+             options.camera.height, arguments.folder.string(), 1000.0 * seconds() / sequence.size());
+  fmt::print(
+      "object at {:.3g} to {:.3g} m; its corners move by {:.1f} pixels a frame (median), {:.1f} (95 %), {:.1f} "
+      "(most)\n",
+      motion.nearest, motion.farthest, motion.median_speed, motion.speed_95, motion.max_speed);
+  fmt::print("visible share {:.2f} (mean), {:.2f} (least)\n", visible_sum / sequence.size(), least_visible);
+  if (arguments.model == "box")
+    fmt::print("the object's model is {}\n", (arguments.folder / "model" / "model.obj").string());
+}
+
+void add_sequence_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "Sequence";
+  command.add_option("--frames", a.sequence.frames, "Number of frames; with --trajectory: all its poses")
+      ->check(CLI::Range(1, 1000000))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--seed", a.sequence.seed, "Another number, another motion, background and noise")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_flag("--masks", a.files.masks, "Write the occluders' masks too")->group(group);
+  command.add_flag("--overwrite", a.files.overwrite, "Replace a sequence that FOLDER already holds")->group(group);
+  command
+      .add_option("--threads", a.files.threads, "Frames drawn at a time; 0: one a core. Changes nothing in the frames")
+      ->check(CLI::Range(0, 256))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_flag("--quiet", a.quiet, "No progress and no summary")->group(group);
+}
+
+void add_object_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "Object and camera";
+  command.add_option("--model", a.model, "Model file, or 'box': a printed cardboard box of 200 x 150 x 80 mm")
+      ->type_name("FILE|box")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--model-scale", a.model_scale, "The model's unit in metres: 0.001 for millimetres")
+      ->check(CLI::PositiveNumber)
+      ->type_name("FACTOR")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--box-seed", a.box.seed, "Another number, another print on the box")
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--box-contrast", a.box.contrast, "Of the box's print: 0 is plain cardboard")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("SHARE")
+      ->capture_default_str()
+      ->group(group);
+  CLI::Option* camera = command.add_option("--camera", a.camera, "Calibration file; its lens distortion is simulated")
+                            ->type_name("FILE")
+                            ->group(group);
+  command.add_option("--size", a.size, "Size of the frames where the calibration names none")
+      ->type_name("WxH")
+      ->capture_default_str()
+      ->group(group);
+  command.add_flag("--rescale-camera", a.rescale_camera, "--size is the calibration's view at another size")
+      ->needs(camera)
+      ->group(group);
+  command.add_option("--view-angle", a.view_angle, "Horizontal, degrees, where there is no calibration [52.4]")
+      ->check(CLI::Range(1.0, 170.0))
+      ->type_name("DEG")
+      ->excludes(camera)
+      ->group(group);
+}
+
+void add_motion_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "Motion";
+  CLI::Option* motion =
+      command.add_option("--motion", a.motion, "smooth, sharp (straight lines and sudden turns) or still")
+          ->check(CLI::IsMember({"smooth", "sharp", "still"}))
+          ->type_name("STYLE")
+          ->capture_default_str()
+          ->group(group);
+  command
+      .add_option("--speed", a.sequence.motion.speed,
+                  "Pixels a frame of the fastest corner: 95 % of the frames keep to it")
+      ->check(CLI::PositiveNumber)
+      ->type_name("PX")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--turns", a.sequence.motion.turns, "sharp: turns by 90 degrees or more, at least")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--distance", a.distance, "Nearest and farthest distance, metres [so that it fits the frame]")
+      ->expected(2)
+      ->delimiter(',')
+      ->type_name("NEAR,FAR")
+      ->group(group);
+  command.add_option("--rotation", a.rotation_degrees, "Farthest turn from the middle orientation, degrees")
+      ->check(CLI::Range(0.0, 180.0))
+      ->type_name("DEG")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--orientation", a.orientation,
+                  "Middle orientation, degrees; 0,0,0: y up, +z to the camera [32,23,0]")
+      ->expected(3)
+      ->delimiter(',')
+      ->type_name("YAW,PITCH,ROLL")
+      ->group(group);
+  command.add_option("--trajectory", a.trajectory, "File of poses, one a frame, instead of a made motion")
+      ->type_name("FILE")
+      ->excludes(motion)
+      ->group(group);
+}
+
+void add_occluder_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "Occluders";
+  command
+      .add_option("--occluder", a.occluders, "bar (white, sweeps across) or cube (lettered, passes, covers, leaves)")
+      ->check(CLI::IsMember({"bar", "cube"}))
+      ->allow_extra_args(false)
+      ->type_name("KIND")
+      ->group(group);
+  command.add_option("--bar-width", a.occluder.bar_width, "Pixels")
+      ->check(CLI::PositiveNumber)
+      ->type_name("PX")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--bar-sweeps", a.occluder.sweeps, "Passes over the frame")
+      ->check(CLI::Range(1, 100000))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--cube-size", a.occluder.cube_size, "Its edge as a share of the object's diameter, as seen")
+      ->check(CLI::PositiveNumber)
+      ->type_name("SHARE")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--occluder-model", a.occluder_models, "Model file, or 'box'; with a trajectory each")
+      ->allow_extra_args(false)
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option("--occluder-trajectory", a.occluder_trajectories, "File of its poses (to the camera), one a frame")
+      ->allow_extra_args(false)
+      ->type_name("FILE")
+      ->group(group);
+}
+
+void add_light_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "Light and background";
+  command.add_option("--ambient", a.sequence.lighting.ambient, "Light from everywhere")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("LIGHT")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--light", a.lights, "A lamp: camera axes, metres; several may be given [-0.6,-1,-0.3,0.65]")
+      ->allow_extra_args(false)
+      ->type_name("X,Y,Z,LIGHT")
+      ->group(group);
+  command.add_option("--light-orbit", a.light_orbit, "The lamps circle: radius in metres, frames a turn")
+      ->expected(2)
+      ->delimiter(',')
+      ->type_name("RADIUS,FRAMES")
+      ->group(group);
+  command.add_option("--specular", a.sequence.lighting.finish.specular, "Strength of the object's highlights")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("LIGHT")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--shininess", a.sequence.lighting.finish.shininess, "Larger: smaller, sharper highlights")
+      ->check(CLI::PositiveNumber)
+      ->type_name("EXPONENT")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--background", a.sequence.background.file, "Picture or video [a made picture of clutter]")
+      ->type_name("FILE")
+      ->group(group);
+  command.add_option("--background-pan", a.sequence.background.pan, "The background moves by this much a frame")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("PX")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_sensor_options(CLI::App& command, SimulateArguments& a) {
+  const char* group = "What the camera adds";
+  SensorOptions& sensor = a.sequence.sensor;
+  const auto add = [&](const char* name, double& value, const char* unit, const char* description) {
+    command.add_option(name, value, description)->type_name(unit)->capture_default_str()->group(group);
+  };
+  command.add_option("--samples", a.sequence.samples, "Squared: samples a pixel")
+      ->check(CLI::Range(1, 16))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  add("--motion-blur", a.sequence.motion_blur, "SHARE", "Exposure time over frame time, 0 to 1");
+  add("--blur", sensor.blur_sigma, "PX", "Standard deviation of the lens' blur");
+  add("--noise", sensor.noise, "GREY", "Standard deviation, grey levels of 255");
+  add("--shot-noise", sensor.shot_noise, "GREY", "Further noise at white, less where it is darker");
+  add("--gain", sensor.gain, "FACTOR", "Of the exposure");
+  add("--exposure", sensor.exposure_stops, "STOPS", "The exposure swings up and down by this much");
+  add("--white-balance", sensor.white_balance_stops, "STOPS", "Red and blue swing against each other");
+  add("--gamma", sensor.gamma_stops, "STOPS", "The tone curve's exponent swings by powers of two");
+  add("--change-frames", sensor.change_frames, "N", "Frames that such a swing takes");
+  command.add_option("--jpeg", sensor.jpeg_quality, "Store frames as JPEG of this quality; 0: as PNG")
+      ->check(CLI::Range(0, 100))
+      ->type_name("QUALITY")
+      ->capture_default_str()
+      ->group(group);
+}
+
+}  // namespace
+
+void add_simulate_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "simulate",
+      "Make a sequence with exact ground truth: a model moving before a background, with occluders, light and a\n"
+      "camera's flaws. Writes frames/, K.txt, poses_gt.txt and visible.txt. To ask whether your object can be\n"
+      "tracked at your distance, run 'holdfast evaluate' on the folder.");
+  auto arguments = std::make_shared<SimulateArguments>();
+  command->add_option("folder", arguments->folder, "Where the sequence goes")->required()->type_name("FOLDER");
+  add_sequence_options(*command, *arguments);
+  add_object_options(*command, *arguments);
+  add_motion_options(*command, *arguments);
+  add_occluder_options(*command, *arguments);
+  add_light_options(*command, *arguments);
+  add_sensor_options(*command, *arguments);
+  app::add_config_option(*command);
+  command->callback([command, arguments, &exit_code] {
+    run(*arguments, command->count("--frames") > 0);
+    exit_code = 0;
+  });
+}
+
+}  // namespace holdfast
