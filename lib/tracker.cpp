@@ -219,8 +219,10 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   occlusion_.enqueue(view_, image_, level,
                      make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
                      make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
-  constraints_.enqueue(view_, occlusion_, level, constraint_options(level), photometry_.buffer(level));
-  const ConstraintSums sums = constraints_.read();
+  const kernel::hf_constraints options = constraint_options(level);
+  constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
+  ConstraintSums sums = constraints_.read();
+  photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);

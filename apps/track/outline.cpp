@@ -10,6 +10,7 @@ namespace holdfast::app {
 namespace {
 
 constexpr float kSharpCosine = 0.866F;    // faces meeting at more than 30 degrees
+constexpr double kWeldTolerance = 1e-6;   // of the model's radius: vertices this near are one
 constexpr double kNearest = 1e-6;         // metres: what is nearer has no place in the picture
 constexpr double kSampleStep = 2;         // pixels between visibility tests along a line
 constexpr double kDepthTolerance = 0.01;  // relative
@@ -40,12 +41,6 @@ Rect region_of(const Eigen::Vector3d& center_camera, double radius, const Camera
   return {x0, y0, x1 - x0, y1 - y0};
 }
 
-struct PositionLess {
-  bool operator()(const Eigen::Vector3f& a, const Eigen::Vector3f& b) const {
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-  }
-};
-
 }  // namespace
 
 Outline::Outline(const Mesh& mesh, const Camera& camera)
@@ -56,11 +51,14 @@ Outline::Outline(const Mesh& mesh, const Camera& camera)
 }
 
 void Outline::collect_edges(const Mesh& mesh) {
-  std::map<Eigen::Vector3f, std::uint32_t, PositionLess> known;
+  const double cell = mesh.radius() * kWeldTolerance;
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> known;
   std::vector<std::uint32_t> welded;
   welded.reserve(mesh.positions.size());
   for (const Eigen::Vector3f& position : mesh.positions) {
-    const auto [place, is_new] = known.try_emplace(position, static_cast<std::uint32_t>(positions_.size()));
+    const std::array<std::int64_t, 3> key = {std::llround(position.x() / cell), std::llround(position.y() / cell),
+                                             std::llround(position.z() / cell)};
+    const auto [place, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(positions_.size()));
     if (is_new) {
       positions_.push_back(position);
     }

@@ -72,17 +72,15 @@ class ImageReader : public Reader {
     if (const auto damage = image_damage(bytes_)) {
       throw why_not(*damage);
     }
-    cv::Mat decoded;
+    // Decoding into the frame's own memory would leave the frame before there, unnoticed, when decoding fails.
     try {
-      decoded = bytes_.empty() ? cv::Mat()
-                               : cv::imdecode(bytes_, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION, &frame.image);
+      frame.image = bytes_.empty() ? cv::Mat() : cv::imdecode(bytes_, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
     } catch (const cv::Exception&) {  // some decoders throw where others return nothing
-      decoded.release();
+      frame.image.release();
     }
-    if (decoded.empty()) {
+    if (frame.image.empty()) {
       throw why_not(bytes_.empty() ? "it is empty" : "it is no image that can be decoded, or it is damaged");
     }
-    frame.image = decoded;
     frame.index = image.index;
     frame.time_s = static_cast<double>(image.index - time_origin_) / frame_rate_;
     return true;
@@ -181,8 +179,9 @@ class VideoReader : public Reader {
 
   std::optional<std::string> ended_early(std::int64_t wanted_end) const override {
     if (damage_) {
-      return fmt::format("'{}' is damaged: {}; {} frames were read, the last may be incomplete", path_, *damage_,
-                         read_);
+      return fmt::format("'{}' is damaged: {}; {}; copy or record it again", path_, *damage_,
+                         read_ == 0 ? "no frame can be decoded"
+                                    : fmt::format("{} frames could be decoded, the last may be spoiled", read_));
     }
     // Containers without a frame count have it estimated from their duration.
     const std::int64_t wanted = std::min(wanted_end, promised_);
@@ -321,9 +320,10 @@ class FrameSource::Impl {
                                                            *options_.stop, input, options_.start));
     }
     if (!read(first_)) {
-      throw Error(ErrorCode::file,
-                  fmt::format("no frame of '{}' can be decoded{}", input,
-                              reader_->ended_early(wanted_end()) ? ": " + *reader_->ended_early(wanted_end()) : ""));
+      throw Error(
+          ErrorCode::file,
+          ended_early_.value_or(fmt::format(
+              "no frame of '{}' can be decoded: it is damaged, or of a codec that FFmpeg does not know", input)));
     }
     size_ = first_.image.size();
     has_first_ = true;

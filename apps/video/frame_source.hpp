@@ -34,7 +34,7 @@ class FrameSource {
   FrameSource(FrameSource&&) noexcept;
   FrameSource& operator=(FrameSource&&) noexcept;
 
-  /// The next frame, its image in the memory that `frame` brings where that fits; false at the end.
+  /// The next frame, a video's in the memory that `frame` brings; false at the end.
   /// Throws Error(file) for an image that cannot be read, Error(image) for a frame of another size than the first.
   bool next(Frame& frame);
 

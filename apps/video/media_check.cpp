@@ -76,6 +76,31 @@ std::optional<std::string> riff_damage(const std::uint8_t* header, std::uint64_t
   return length + 8 > size ? std::optional(cut_short(size, length + 8)) : std::nullopt;
 }
 
+std::optional<std::string> jpeg_damage(std::span<const std::uint8_t> bytes) {
+  // Segments with a length, up to the first scan: a thumbnail among them has an end mark of its own.
+  std::size_t at = 2;
+  while (at + 4 <= bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
+    at += bytes[at + 1] == 0xff ? 1 : 2 + static_cast<std::size_t>(big_endian(&bytes[at + 2], 2));
+  }
+  for (; at + 1 < bytes.size(); ++at) {
+    if (bytes[at] == 0xff && bytes[at + 1] == 0xd9) {
+      return std::nullopt;
+    }
+  }
+  return "it is cut short: the JPEG has no end mark";
+}
+
+std::optional<std::string> png_damage(std::span<const std::uint8_t> bytes) {
+  std::uint64_t at = 8;
+  while (at + 12 <= bytes.size()) {  // chunks: length, name, data, checksum
+    if (tag(&bytes[at + 4]) == "IEND") {
+      return std::nullopt;
+    }
+    at += 12 + big_endian(&bytes[at], 4);
+  }
+  return "it is cut short: the PNG has no end mark";
+}
+
 }  // namespace
 
 std::optional<std::string> video_damage(const std::filesystem::path& path) {
@@ -102,20 +127,13 @@ std::optional<std::string> video_damage(const std::filesystem::path& path) {
 }
 
 std::optional<std::string> image_damage(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < 4 || bytes[0] != 0xff || bytes[1] != 0xd8) {
-    return std::nullopt;
+  if (bytes.size() >= 4 && bytes[0] == 0xff && bytes[1] == 0xd8) {
+    return jpeg_damage(bytes);
   }
-  // Segments with a length, up to the first scan: a thumbnail among them has an end mark of its own.
-  std::size_t at = 2;
-  while (at + 4 <= bytes.size() && bytes[at] == 0xff && bytes[at + 1] != 0xda) {
-    at += bytes[at + 1] == 0xff ? 1 : 2 + static_cast<std::size_t>(big_endian(&bytes[at + 2], 2));
+  if (bytes.size() >= 8 && tag(bytes.data()) == std::string_view("\x89PNG")) {
+    return png_damage(bytes);
   }
-  for (; at + 1 < bytes.size(); ++at) {
-    if (bytes[at] == 0xff && bytes[at + 1] == 0xd9) {
-      return std::nullopt;
-    }
-  }
-  return "it is cut short: the JPEG has no end mark";
+  return std::nullopt;
 }
 
 }  // namespace holdfast::app

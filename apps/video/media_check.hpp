@@ -13,8 +13,7 @@ namespace holdfast::app {
 /// other than MP4, MOV and AVI, and for what is no regular file.
 std::optional<std::string> video_damage(const std::filesystem::path& path);
 
-/// Why an encoded image cannot be whole; nothing for whole images and for formats other than JPEG (the other decoders
-/// refuse what is cut short).
+/// Why an encoded image cannot be whole; nothing for whole images and for formats other than JPEG and PNG.
 std::optional<std::string> image_damage(std::span<const std::uint8_t> bytes);
 
 }  // namespace holdfast::app

@@ -1,0 +1,340 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "commands.hpp"
+#include "common_options.hpp"
+#include "config_file.hpp"
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+#include "init/check_picture.hpp"
+#include "init/click_session.hpp"
+#include "init/point_pairs.hpp"
+#include "init/pose_from_points.hpp"
+#include "init/refine_on_frame.hpp"
+#include "messages.hpp"
+#include "track/outline.hpp"
+#include "track/output_file.hpp"
+#include "video/frame_source.hpp"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+using namespace app;
+
+/// Points that reach farther from the model than this share of its size are not of its unit or frame.
+constexpr double kOffModel = 0.1;
+
+struct InitCommand {
+  ModelArguments model;
+  CameraArguments camera;
+  DeviceArguments device;
+  fs::path points;
+  bool click = false;
+  bool estimate_focal = false;
+  std::string image;
+  std::int64_t frame_number = 0;
+  bool no_refine = false;
+  fs::path pose_out;
+  fs::path camera_out;
+  fs::path picture_out;
+  fs::path points_out;
+  fs::path json_out;
+
+  void add_to(CLI::App& command);
+  void run() const;
+
+ private:
+  struct Outcome {
+    cv::Mat frame;  ///< empty: none was given
+    std::optional<Mesh> mesh;
+    std::vector<PointPair> pairs;
+    PoseFromPoints from_points;
+    std::optional<RefinementOnFrame> refinement;
+
+    const Pose& pose() const { return refinement ? refinement->T_camera_object : from_points.T_camera_object; }
+  };
+
+  void require_consistent() const;
+  std::vector<fs::path> outputs() const;
+  std::optional<Camera> known_camera(const cv::Mat& frame) const;
+  void refine(Outcome& outcome) const;
+  void write(const Outcome& outcome) const;
+  std::string text(const Outcome& outcome) const;
+  std::string json(const Outcome& outcome) const;
+};
+
+void InitCommand::add_to(CLI::App& command) {
+  constexpr const char* points_group = "Points and frame";
+  command.add_option("--points", points, "CSV of lines x,y,z,u,v: a point of the model (in its unit) and its pixel")
+      ->type_name("FILE")
+      ->group(points_group);
+  command.add_flag("--click", click, "Click the model's vertices in a window instead")->group(points_group);
+  command.add_option("--image", image, "The frame: an image, or a video, folder or pattern with --frame")
+      ->type_name("INPUT")
+      ->group(points_group);
+  command.add_option("--frame", frame_number, "Number of the frame in --image [0]")
+      ->type_name("N")
+      ->group(points_group);
+  model.add_to(command, false);
+  camera.add_to(command, false);
+  command
+      .add_flag("--estimate-focal", estimate_focal,
+                "Camera unknown: find the focal length too (six points or more; square pixels, centre in the middle)")
+      ->group("Object and camera");
+  command.add_flag("--no-refine", no_refine,
+                   "Leave the pose as the points give it, also where the model has a texture");
+
+  constexpr const char* output_group = "Results";
+  command.add_option("--pose", pose_out, "The pose, for --init of 'holdfast track'")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--camera-out", camera_out, "The camera, for --camera of 'holdfast track' (.yml, .json, .xml)")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--picture", picture_out, "Picture (.png) of the model's outline over the frame, to check by eye")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--points-out", points_out, "The points that were clicked, for --points")
+      ->type_name("FILE")
+      ->group(output_group);
+  command.add_option("--json", json_out, "All of it as JSON")->type_name("FILE")->group(output_group);
+  device.add_to(command);
+  add_config_option(command);
+}
+
+void InitCommand::require_consistent() const {
+  const auto require = [](bool condition, const char* message) {
+    if (!condition) {
+      throw Error(ErrorCode::invalid_argument, message);
+    }
+  };
+  require(points.empty() == click, "give either --points FILE or --click");
+  require(camera.path.empty() == estimate_focal, "give either --camera FILE or, when it is unknown, --estimate-focal");
+  require(frame_number >= 0, "--frame counts from 0");
+  require(!image.empty() || !estimate_focal, "--estimate-focal needs --image: the frame's size tells its centre");
+  require(!image.empty() || picture_out.empty(), "--picture needs --image: the frame to draw on");
+  require(!click || (!image.empty() && !model.path.empty()), "--click needs --image and --model");
+  for (const fs::path& path : outputs()) {
+    for (const fs::path& input : {points, model.path, camera.path, fs::path(image)}) {
+      std::error_code failed;
+      if (fs::equivalent(path, input, failed)) {
+        throw Error(
+            ErrorCode::invalid_argument,
+            fmt::format("'{}' is an input and would be overwritten: give the result another name", path.string()));
+      }
+    }
+    require_writable(path);
+  }
+}
+
+std::vector<fs::path> InitCommand::outputs() const {
+  std::vector<fs::path> given;
+  for (const fs::path& path : {pose_out, camera_out, picture_out, points_out, json_out}) {
+    if (!path.empty()) {
+      given.push_back(path);
+    }
+  }
+  return given;
+}
+
+cv::Mat read_frame(const std::string& input, std::int64_t number) {
+  FrameSourceOptions options;
+  options.start = number;
+  options.stop = number + 1;
+  Frame frame;
+  bool found = false;
+  try {
+    found = FrameSource(input, options).next(frame);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::invalid_argument) {
+      throw;
+    }  // the number lies behind the end; said below, by the name of this command's option
+  }
+  if (!found) {
+    throw Error(ErrorCode::invalid_argument, fmt::format("--frame {}: '{}' has no such frame", number, input));
+  }
+  return frame.image.clone();
+}
+
+std::optional<Camera> InitCommand::known_camera(const cv::Mat& frame) const {
+  if (estimate_focal) {
+    return std::nullopt;
+  }
+  return frame.empty() ? io::load_camera(camera.path) : camera.load(frame.cols, frame.rows);
+}
+
+/// Points elsewhere than the model are in another unit or frame.
+void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs) {
+  const double radius = mesh.radius();
+  for (const PointPair& pair : pairs) {
+    const double distance = (pair.p_object - mesh.center()).norm();
+    if (distance > (1 + kOffModel) * radius) {
+      print_warning(fmt::format(
+          "the point of {} lies {:.3g} m from the model's centre, but the model reaches only {:.3g} m: are the points "
+          "in the model's unit and frame?",
+          pair.name, distance, radius));
+      return;
+    }
+  }
+}
+
+void InitCommand::refine(Outcome& outcome) const {
+  const bool possible = outcome.mesh && outcome.mesh->has_appearance() && !outcome.frame.empty();
+  if (no_refine || !possible) {
+    return;
+  }
+  outcome.refinement = refine_on_frame(*outcome.mesh, outcome.from_points.camera, device.open(), outcome.frame,
+                                       outcome.pairs, outcome.from_points.T_camera_object);
+  if (!outcome.refinement->accepted) {
+    print_warning("the pose is left as the points give it, because refining it on the frame failed: " +
+                  outcome.refinement->reason);
+  }
+}
+
+std::string InitCommand::text(const Outcome& outcome) const {
+  const Camera& used = outcome.from_points.camera;
+  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.pairs, used, outcome.pose());
+  std::string text = fmt::format("    {:<12} {:>8} {:>8} {:>8}   {:>8} {:>8}   {:>8}\n", "point", "x m", "y m", "z m",
+                                 "u px", "v px", "off px");
+  for (std::size_t i = 0; i < outcome.pairs.size(); ++i) {
+    const PointPair& pair = outcome.pairs[i];
+    text += fmt::format("{:>3} {:<12} {:>8.4f} {:>8.4f} {:>8.4f}   {:>8.1f} {:>8.1f}   {:>8.2f}\n", i + 1, pair.name,
+                        pair.p_object.x(), pair.p_object.y(), pair.p_object.z(), pair.pixel.x(), pair.pixel.y(),
+                        residuals[i].norm());
+  }
+  text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals), outcome.pairs.size());
+  if (estimate_focal) {
+    text += fmt::format("focal length   {:.1f} +- {:.0f} px, centre ({:.1f}, {:.1f})\n", used.fx,
+                        outcome.from_points.focal_sigma, used.cx, used.cy);
+  }
+  if (outcome.refinement && outcome.refinement->accepted) {
+    text += fmt::format("refined        on the frame: moved {:.2f} px, correlation {:.3f}\n", outcome.refinement->moved,
+                        outcome.refinement->correlation);
+  }
+  const Eigen::Vector3d& t = outcome.pose().translation();
+  text +=
+      fmt::format("object at      ({:.4f}, {:.4f}, {:.4f}) m: right, down, ahead of the camera\n", t.x(), t.y(), t.z());
+  if (pose_out.empty()) {
+    const auto& matrix = outcome.pose().matrix();
+    for (int row = 0; row < 4; ++row) {
+      text +=
+          fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", matrix(row, 0), matrix(row, 1), matrix(row, 2), matrix(row, 3));
+    }
+  }
+  for (const fs::path& path : outputs()) {
+    text += fmt::format("written        {}\n", path.string());
+  }
+  return text;
+}
+
+std::string InitCommand::json(const Outcome& outcome) const {
+  using Json = nlohmann::ordered_json;
+  const Camera& used = outcome.from_points.camera;
+  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.pairs, used, outcome.pose());
+  Json document;
+  Json rows = Json::array();
+  for (int row = 0; row < 4; ++row) {
+    const auto values = outcome.pose().matrix().row(row);
+    rows.push_back({values(0), values(1), values(2), values(3)});
+  }
+  document["T_camera_object"] = rows;
+  document["camera"] = {
+      {"width", used.width}, {"height", used.height},        {"fx", used.fx}, {"fy", used.fy}, {"cx", used.cx},
+      {"cy", used.cy},       {"distortion", used.distortion}};
+  document["focal_sigma_px"] = estimate_focal ? Json(outcome.from_points.focal_sigma) : Json(nullptr);
+  document["rms_px"] = root_mean_square(residuals);
+  document["points"] = Json::array();
+  for (std::size_t i = 0; i < outcome.pairs.size(); ++i) {
+    const PointPair& pair = outcome.pairs[i];
+    document["points"].push_back({{"name", pair.name},
+                                  {"p_object", {pair.p_object.x(), pair.p_object.y(), pair.p_object.z()}},
+                                  {"pixel", {pair.pixel.x(), pair.pixel.y()}},
+                                  {"residual_px", {residuals[i].x(), residuals[i].y()}}});
+  }
+  document["refinement"] = nullptr;
+  if (outcome.refinement) {
+    document["refinement"] = {{"accepted", outcome.refinement->accepted},
+                              {"reason", outcome.refinement->reason},
+                              {"correlation", outcome.refinement->correlation},
+                              {"moved_px", outcome.refinement->moved}};
+  }
+  document["warnings"] = outcome.from_points.warnings;
+  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void InitCommand::write(const Outcome& outcome) const {
+  const Camera& used = outcome.from_points.camera;
+  if (!pose_out.empty()) {
+    io::save_pose(pose_out, outcome.pose());
+  }
+  if (!camera_out.empty()) {
+    io::save_camera(camera_out, used);
+  }
+  if (!points_out.empty()) {
+    save_point_pairs(points_out, outcome.pairs);
+  }
+  if (!json_out.empty()) {
+    OutputFile(json_out).write(json(outcome));
+  }
+  if (!picture_out.empty()) {
+    const std::vector<Line> outline =
+        outcome.mesh ? Outline(*outcome.mesh, used).lines(outcome.pose()) : std::vector<Line>();
+    save_picture(picture_out, check_picture(outcome.frame, used, outcome.pose(), outline, outcome.pairs));
+  }
+}
+
+void InitCommand::run() const {
+  require_consistent();
+  if (click) {
+    require_display();
+  }
+  Outcome outcome;
+  if (!points.empty()) {
+    outcome.pairs = load_point_pairs(points, model.scale);
+  }
+  if (!model.path.empty()) {
+    outcome.mesh = model.load();
+  }
+  if (!image.empty()) {
+    outcome.frame = read_frame(image, frame_number);
+  }
+  const std::optional<Camera> known = known_camera(outcome.frame);
+  if (click) {
+    outcome.pairs = click_points(outcome.frame, *outcome.mesh, known);
+  }
+  outcome.from_points = known ? pose_from_points(outcome.pairs, *known)
+                              : pose_and_focal_from_points(outcome.pairs, outcome.frame.cols, outcome.frame.rows);
+  for (const std::string& warning : outcome.from_points.warnings) {
+    print_warning(warning);
+  }
+  if (outcome.mesh) {
+    warn_about_units(*outcome.mesh, outcome.from_points.T_camera_object, outcome.from_points.camera);
+    warn_when_off_model(*outcome.mesh, outcome.pairs);
+  }
+  refine(outcome);
+  write(outcome);
+  fmt::print("{}", text(outcome));
+}
+
+}  // namespace
+
+void add_init_command(CLI::App& app, int&) {
+  CLI::App* command = app.add_subcommand("init", "Find the first pose (and focal length) from points in a frame");
+  const auto init = std::make_shared<InitCommand>();
+  init->add_to(*command);
+  command->callback([init] { init->run(); });
+}
+
+}  // namespace holdfast

@@ -1,0 +1,136 @@
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <opencv2/highgui.hpp>
+#include <string>
+
+#include "holdfast/error.hpp"
+#include "init/click_session.hpp"
+
+namespace holdfast::app {
+namespace {
+
+constexpr const char* kTitle = "holdfast init";
+constexpr double kTurn = 0.25;      // radians a key press
+constexpr unsigned kPatience = 10;  // seconds
+
+bool has_display() {
+  const auto is_set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+}
+
+/// Window toolkits abort the program when the display does not answer, so a child tries it first.
+bool display_answers() {
+  const pid_t child = fork();
+  if (child == 0) {
+    const int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDOUT_FILENO);
+    dup2(nowhere, STDERR_FILENO);
+    std::signal(SIGABRT, SIG_DFL);
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
+    alarm(kPatience);
+    try {
+      cv::namedWindow(kTitle);
+    } catch (...) {
+      _exit(1);
+    }
+    _exit(0);
+  }
+  int status = 0;
+  return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+[[noreturn]] void no_display(const std::string& reason) {
+  throw Error(ErrorCode::invalid_argument, "--click needs a display (" + reason +
+                                               "): run it where there is one, or give the point pairs by --points");
+}
+
+struct Mouse {
+  ClickSession& session;
+  bool changed = false;
+};
+
+void on_mouse(int event, int x, int y, int, void* data) {
+  auto& mouse = *static_cast<Mouse*>(data);
+  if (event == cv::EVENT_LBUTTONDOWN) {
+    mouse.session.click({x, y});
+    mouse.changed = true;
+  }
+}
+
+/// Closes the window whatever ends the session.
+struct WindowCloser {
+  ~WindowCloser() { cv::destroyAllWindows(); }
+};
+
+void run(ClickSession& session) {
+  cv::namedWindow(kTitle, cv::WINDOW_AUTOSIZE);
+  const WindowCloser closer;
+  Mouse mouse{session};
+  cv::setMouseCallback(kTitle, on_mouse, &mouse);
+  cv::imshow(kTitle, session.picture());
+  while (true) {
+    const int key = cv::waitKey(20) & 0xff;
+    switch (key) {
+      case '\r':
+      case '\n':
+        return;
+      case 27:  // Esc
+        throw Error(ErrorCode::invalid_argument, "--click was given up: no pose was written");
+      case 'n':
+        session.skip();
+        break;
+      case 'b':
+        session.back();
+        break;
+      case 'a':
+      case 'd':
+        session.turn_model(key == 'a' ? -kTurn : kTurn, 0);
+        break;
+      case 'w':
+      case 's':
+        session.turn_model(0, key == 'w' ? kTurn : -kTurn);
+        break;
+      default:
+        if (cv::getWindowProperty(kTitle, cv::WND_PROP_VISIBLE) < 1) {
+          throw Error(ErrorCode::invalid_argument, "--click was given up: the window was closed");
+        }
+        if (!mouse.changed) {
+          continue;
+        }
+    }
+    mouse.changed = false;
+    cv::imshow(kTitle, session.picture());
+  }
+}
+
+}  // namespace
+
+void require_display() {
+  if (!has_display()) {
+    no_display("neither DISPLAY nor WAYLAND_DISPLAY is set");
+  }
+  if (!display_answers()) {
+    no_display("the one that is set does not answer");
+  }
+}
+
+std::vector<PointPair> click_points(const cv::Mat& frame, const Mesh& mesh, const std::optional<Camera>& camera) {
+  ClickSession session(frame, mesh, camera);
+  try {
+    run(session);
+  } catch (const cv::Exception& error) {
+    no_display("a window cannot be opened: " + error.err);
+  }
+  return session.pairs();
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "holdfast/camera.hpp"
+#include "holdfast/pose.hpp"
+#include "init/point_pairs.hpp"
+
+namespace holdfast::app {
+
+struct PoseFromPoints {
+  Pose T_camera_object = Pose::Identity();
+  Camera camera;                           ///< as given, or with the focal length found
+  std::vector<Eigen::Vector2d> residuals;  ///< projected minus seen, pixels, one a pair
+  double rms = 0;                          ///< root of the mean squared length of the residuals, pixels
+  double focal_sigma = 0;                  ///< standard deviation of an estimated focal length, pixels
+  std::vector<std::string> warnings;       ///< what the user should know about this pose
+};
+
+/// The pose that sees the points at their pixels, least squares of the pixels' distances. Four or more pairs.
+/// Throws Error(pose) when the pairs do not determine a pose with all points before the camera.
+PoseFromPoints pose_from_points(const std::vector<PointPair>& pairs, const Camera& camera);
+
+/// Pose and focal length for frames of this size: square pixels, principal point at the image centre, no distortion.
+/// Six or more pairs; throws Error(pose) as above or when they do not determine the focal length.
+PoseFromPoints pose_and_focal_from_points(const std::vector<PointPair>& pairs, int width, int height);
+
+/// Projected minus seen, pixels, one a pair. Points behind the camera have no residual: NaN.
+std::vector<Eigen::Vector2d> point_residuals(const std::vector<PointPair>& pairs, const Camera& camera,
+                                             const Pose& T_camera_object);
+
+/// Root of the mean squared length; NaN with NaN among them.
+double root_mean_square(const std::vector<Eigen::Vector2d>& residuals);
+
+}  // namespace holdfast::app

@@ -1,0 +1,318 @@
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/files.hpp"
+#include "track/contact_sheet.hpp"
+#include "track/output_file.hpp"
+#include "track/overlay_video.hpp"
+#include "track/pose_writers.hpp"
+#include "track/progress.hpp"
+#include "track/run_summary.hpp"
+
+namespace fs = std::filesystem;
+using holdfast::ErrorCode;
+using holdfast::Pose;
+using holdfast::Status;
+using namespace holdfast::app;
+using holdfast::test::error_of;
+using holdfast::test::read_file;
+using holdfast::test::TemporaryFolder;
+
+namespace {
+
+TrackedFrame make_frame(int index, Status status, double angle) {
+  TrackedFrame tracked;
+  tracked.frame.index = index;
+  tracked.frame.time_s = index / 25.0;
+  tracked.ordinal = index;
+  holdfast::FrameResult& result = tracked.result;
+  result.status = status;
+  result.reason = status == Status::lost ? "covered, \"too\" much" : "";
+  result.T_camera_object = Pose(Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -3).normalized()));
+  result.T_camera_object.translation() = Eigen::Vector3d(0.1 + index * 1e-7, -0.25, 1.0 / 3.0);
+  result.visible_pixels = 5000 + index;
+  result.usable_pixels = 4000 + index;
+  result.gradient_pixels = 3000 + index;
+  result.passed_pixels = 2000 + index;
+  result.used_pixels = 1000 + index;
+  result.residual = 0.01 * (index + 1);
+  result.correlation = 0.9;
+  result.iterations = 7;
+  result.ms = {0.1, 0.2, 0.3, 0.4, 0.5, 2.0 + index};
+  result.information(2, 3) = 42.5;
+  return tracked;
+}
+
+/// Fields of a line of CSV without quotes.
+std::vector<std::string> fields_of(const std::string& line, char separator = ',') {
+  std::vector<std::string> fields;
+  std::istringstream stream(line);
+  for (std::string field; std::getline(stream, field, separator);) {
+    fields.push_back(field);
+  }
+  return fields;
+}
+
+std::vector<std::string> lines_of(const fs::path& path) { return fields_of(read_file(path), '\n'); }
+
+Pose pose_from(const std::vector<std::string>& fields, std::size_t first) {
+  const auto number = [&](std::size_t i) { return std::stod(fields.at(first + i)); };
+  Pose pose(Eigen::Quaterniond(number(6), number(3), number(4), number(5)));
+  pose.translation() = Eigen::Vector3d(number(0), number(1), number(2));
+  return pose;
+}
+
+constexpr double kAngles[] = {0.0, 0.3, 3.1, -2.9, 3.14159265358979};  // about the half turn qw changes its sign
+
+}  // namespace
+
+TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") {
+  const TemporaryFolder folder;
+  CsvWriter writer(folder / "poses.csv");
+  const std::vector<std::string> header = fields_of(lines_of(folder / "poses.csv").at(0));
+  REQUIRE(header == std::vector<std::string>{"frame",    "time_s",      "status",     "tx",     "ty",
+                                             "tz",       "qx",          "qy",         "qz",     "qw",
+                                             "visible",  "usable",      "gradient",   "passed", "used",
+                                             "residual", "correlation", "iterations", "ms",     "reason"});
+  int index = 0;
+  for (const double angle : kAngles) {
+    const TrackedFrame tracked = make_frame(index, Status::held, angle);
+    writer.write(tracked);
+    const std::vector<std::string> lines = lines_of(folder / "poses.csv");
+    REQUIRE(lines.size() == static_cast<std::size_t>(index) + 2);
+    const std::vector<std::string> fields = fields_of(lines.back());
+    REQUIRE(fields.size() >= 19);
+    CHECK(fields[0] == std::to_string(index));
+    CHECK(std::stod(fields[1]) == doctest::Approx(index / 25.0));
+    CHECK(fields[2] == "held");
+    CHECK(pose_from(fields, 3).isApprox(tracked.result.T_camera_object, 1e-8));
+    CHECK(std::stod(fields[9]) >= 0);
+    CHECK(fields[10] == std::to_string(5000 + index));
+    CHECK(fields[14] == std::to_string(1000 + index));
+    CHECK(std::stod(fields[15]) == doctest::Approx(0.01 * (index + 1)));
+    CHECK(std::stod(fields[18]) == doctest::Approx(2.0 + index));
+    ++index;
+  }
+  writer.write(make_frame(9, Status::lost, 0));
+  CHECK(lines_of(folder / "poses.csv").back().find(",lost,") != std::string::npos);
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\""));
+}
+
+TEST_CASE("a TUM file holds the frames that are held") {
+  const TemporaryFolder folder;
+  TumWriter writer(folder / "poses.txt");
+  for (int i = 0; i < 5; ++i) {
+    writer.write(make_frame(i, i == 2 ? Status::lost : Status::held, kAngles[i]));
+  }
+  const std::vector<std::string> lines = lines_of(folder / "poses.txt");
+  REQUIRE(lines.size() == 4);
+  int row = 0;
+  for (const int i : {0, 1, 3, 4}) {
+    const std::vector<std::string> fields = fields_of(lines[row++], ' ');
+    REQUIRE(fields.size() == 8);
+    CHECK(std::stod(fields[0]) == doctest::Approx(i / 25.0));
+    CHECK(pose_from(fields, 1).isApprox(make_frame(i, Status::held, kAngles[i]).result.T_camera_object, 1e-8));
+  }
+}
+
+TEST_CASE("a JSON file is valid after every frame") {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "run.json";
+  SummaryBuilder figures;
+  JsonWriter writer(path, R"({"input": "a \"b\""})");
+  for (int i = 0; i < 5; ++i) {
+    const nlohmann::json so_far = nlohmann::json::parse(read_file(path));
+    CHECK(so_far["run"]["input"] == "a \"b\"");
+    CHECK(so_far["frames"].size() == static_cast<std::size_t>(i));
+    const TrackedFrame tracked = make_frame(i, i == 3 ? Status::lost : Status::held, kAngles[i]);
+    writer.write(tracked);
+    figures.add(tracked);
+  }
+  PipelineReport report;
+  report.frames = 5;
+  report.wall_s = 2;
+  writer.finish(figures.summary(report));
+  const nlohmann::json whole = nlohmann::json::parse(read_file(path));
+  REQUIRE(whole["frames"].size() == 5);
+  const nlohmann::json& frame = whole["frames"][3];
+  CHECK(frame["frame"] == 3);
+  CHECK(frame["status"] == "lost");
+  CHECK(frame["translation"][2].get<double>() == doctest::Approx(1.0 / 3.0));
+  CHECK(frame["information"][2][3].get<double>() == 42.5);
+  CHECK(frame["pixels"]["used"] == 1003);
+  CHECK(frame["ms"]["total"].get<double>() == 5.0);
+  CHECK(whole["summary"]["held"] == 4);
+  CHECK(whole["summary"]["lost_ranges"] == nlohmann::json::parse("[[3, 3]]"));
+  CHECK(whole["summary"]["complete"] == true);
+  CHECK(whole["summary"]["frames_per_second"].get<double>() == 2.5);
+}
+
+TEST_CASE("JSON goes through a pipe too") {
+  const TemporaryFolder folder;
+  const fs::path pipe = folder / "pipe";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  std::string received;
+  std::thread reader([&] { received = read_file(pipe); });
+  {
+    JsonWriter writer(pipe, "{}");
+    writer.write(make_frame(0, Status::held, 0));
+    writer.write(make_frame(1, Status::held, 0));
+    writer.finish({});
+  }
+  reader.join();
+  CHECK(nlohmann::json::parse(received)["frames"].size() == 2);
+}
+
+TEST_CASE("files that cannot be written are named with the reason") {
+  const TemporaryFolder folder;
+  CHECK(error_of([&] {
+          CsvWriter(folder / "none" / "a.csv");
+        }).says(ErrorCode::output, {"a.csv", "the folder", "does not exist"}));
+  CHECK(error_of([&] { TumWriter(folder.path()); }).says(ErrorCode::output, {folder.path().c_str(), "directory"}));
+  CHECK(error_of([&] { require_writable(folder / "none" / "a.csv"); }).says(ErrorCode::output, {"does not exist"}));
+  CHECK(error_of([&] { OverlayVideo(folder / "a.gif", {64, 48}, 25); }).says(ErrorCode::output, {"a.gif", ".mp4"}));
+  CHECK(error_of([&] { OverlayVideo(folder / "none" / "a.mp4", {64, 48}, 25); }).says(ErrorCode::output, {"a.mp4"}));
+  CHECK(error_of([&] { ContactSheet(folder / "a.xyz", 5, {}); }).says(ErrorCode::output, {"a.xyz", ".png"}));
+  CHECK(error_of([&] { ContactSheet(folder / "a.png", 0, {}); }).says(ErrorCode::invalid_argument, {"0"}));
+}
+
+TEST_CASE("a full disk is noticed at the first byte that does not fit") {
+  REQUIRE(fs::exists("/dev/full"));
+  CHECK(error_of([] { CsvWriter("/dev/full"); }).says(ErrorCode::output, {"/dev/full", "No space left"}));
+  TumWriter tum("/dev/full");
+  CHECK(error_of([&] { tum.write(make_frame(0, Status::held, 0)); }).says(ErrorCode::output, {"No space left"}));
+}
+
+TEST_CASE("asking whether a file can be written leaves it as it is") {
+  const TemporaryFolder folder;
+  const fs::path kept = folder.write("kept.csv", "earlier results");
+  require_writable(kept);
+  require_writable(folder / "new.csv");
+  CHECK(read_file(kept) == "earlier results");
+  CHECK_FALSE(fs::exists(folder / "new.csv"));
+}
+
+TEST_CASE("an overlay video can be read back") {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.mp4", "a.mkv", "a.avi", "a.mov"}) {
+    CAPTURE(name);
+    OverlayVideo video(folder / name, {128, 96}, 20);
+    for (int i = 0; i < 12; ++i) {
+      video.write(cv::Mat(96, 128, CV_8UC3, cv::Scalar::all(20 * i)));
+    }
+    video.finish();
+    cv::VideoCapture capture((folder / name).string(), cv::CAP_FFMPEG);
+    CHECK(capture.get(cv::CAP_PROP_FPS) == doctest::Approx(20));
+    cv::Mat picture;
+    int frames = 0;
+    for (; capture.read(picture); ++frames) {
+      CHECK(cv::mean(picture)[1] == doctest::Approx(20 * frames).epsilon(0.05).scale(255));
+    }
+    CHECK(frames == 12);
+  }
+}
+
+TEST_CASE("a contact sheet shows frames spread over the run") {
+  const TemporaryFolder folder;
+  const auto shown_of = [&](int frames, std::optional<std::int64_t> expected, std::int64_t run) {
+    ContactSheet sheet(folder / "sheet.png", frames, expected);
+    std::vector<std::int64_t> wanted;
+    for (std::int64_t i = 0; i < run; ++i) {
+      if (sheet.wants(i)) {
+        wanted.push_back(i);
+      }
+    }
+    return wanted;
+  };
+  CHECK(shown_of(5, 100, 100) == std::vector<std::int64_t>{0, 25, 50, 74, 99});
+  CHECK(shown_of(5, 3, 3) == std::vector<std::int64_t>{0, 1, 2});
+  CHECK(shown_of(1, 9, 9) == std::vector<std::int64_t>{4});
+  CHECK(shown_of(20, 455, 455).size() == 20);
+  CHECK(shown_of(20, 455, 455).back() == 454);
+  // Unknown length: every frame first, then ever fewer.
+  CHECK(shown_of(5, {}, 20).size() == 20);
+  CHECK(shown_of(5, {}, 100000).size() < 250);
+
+  for (const std::optional<std::int64_t> expected : {std::optional<std::int64_t>(300), std::optional<std::int64_t>()}) {
+    ContactSheet sheet(folder / "sheet.png", 6, expected);
+    for (int i = 0; i < 300; ++i) {
+      if (sheet.wants(i)) {
+        sheet.add(make_frame(i, Status::held, 0), cv::Mat(480, 640, CV_8UC3, cv::Scalar(0, i * 255 / 300, 255)));
+      }
+    }
+    sheet.finish();
+    const cv::Mat picture = cv::imread((folder / "sheet.png").string());
+    REQUIRE(picture.size() == cv::Size(4 * 324 + 4, 2 * 244 + 4));
+    std::vector<int> greens;
+    for (int i = 0; i < 6; ++i) {
+      greens.push_back(picture.at<cv::Vec3b>(i / 4 * 244 + 200, i % 4 * 324 + 160)[1]);
+    }
+    CHECK(greens.front() <= 5);
+    CHECK(greens.back() >= 230);
+    for (int i = 1; i < 6; ++i) {
+      CHECK(greens[i] - greens[i - 1] == doctest::Approx(50).epsilon(0.2).scale(50));
+    }
+  }
+}
+
+TEST_CASE("a summary counts, and takes medians of what is held") {
+  SummaryBuilder figures;
+  for (const int i : {0, 1, 2, 3, 4, 5, 6}) {
+    figures.add(make_frame(i, i == 2 || i == 3 || i == 6 ? Status::lost : Status::held, 0));
+  }
+  PipelineReport report;
+  report.frames = 7;
+  report.wall_s = 0.5;
+  report.read_s = 0.07;
+  report.track_s = 0.035;
+  const RunSummary summary = figures.summary(report);
+  CHECK(summary.held == 4);
+  CHECK(summary.lost == 3);
+  REQUIRE(summary.lost_ranges.size() == 2);
+  CHECK(summary.lost_ranges[0].first == 2);
+  CHECK(summary.lost_ranges[0].last == 3);
+  CHECK(summary.lost_ranges[1].first == 6);
+  CHECK(summary.median_ms == doctest::Approx(5.0));                           // of 2 to 8
+  CHECK(summary.median_residual == doctest::Approx((0.02 + 0.05) / 2));       // of .01 .02 .05 .06
+  CHECK(summary.median_used_pixels == doctest::Approx((1001 + 1004) / 2.0));  // of frames 0 1 4 5
+  CHECK(summary.frames_per_second == doctest::Approx(14));
+  CHECK(summary.read_ms == doctest::Approx(10));
+  CHECK(summary.mean_ms.solve == doctest::Approx(0.5));
+  const std::string text = summary_text(summary);
+  CHECK(text.find("7 frames: 4 held, 3 lost") != std::string::npos);
+  CHECK(text.find("frames 2 to 3, 6; first: covered") != std::string::npos);
+  CHECK(text.find("reading is the slowest") != std::string::npos);
+}
+
+TEST_CASE("progress tells what is known") {
+  CHECK(progress_text(120, 455, 0.5) == "120 of 455 frames, 26 %, 240 frames a second, 2 s left");
+  CHECK(progress_text(10, 100000, 5) == "10 of 100000 frames, 0 %, 2.0 frames a second, 13:53 h left");
+  CHECK(progress_text(10, 610, 5) == "10 of 610 frames, 1 %, 2.0 frames a second, 5:00 min left");
+  CHECK(progress_text(30, std::nullopt, 1) == "30 frames, 30 frames a second");
+  CHECK(progress_text(0, 10, 0) == "0 of 10 frames, 0 %");
+}
+
+TEST_CASE("progress is silent where there is no terminal") {
+  std::FILE* file = std::tmpfile();
+  {
+    Progress progress(file, 1000);
+    for (int i = 0; i < 5; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(60));
+      progress.update(i, true);
+    }
+  }
+  CHECK(std::ftell(file) == 0);
+  std::fclose(file);
+}
