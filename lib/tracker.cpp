@@ -21,11 +21,13 @@ namespace {
 /// Least side of the object on a level that is still worth comparing there, pixels.
 const double kLeastSide = getenv("HFS") ? atof(getenv("HFS")) : 20;
 /// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.02;
+const double kConvergedPixels = getenv("HFC")?atof(getenv("HFC")):0.05;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
-constexpr double kRedrawPixels = 1.0;
+const double kRedrawPixels = getenv("HFRD")?atof(getenv("HFRD")):1.5;
 /// Longest step of one solution, pixels of the level.
 const double kLongestStep = getenv("HFL") ? atof(getenv("HFL")) : 3;
+/// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
+const double kUsualScore = getenv("HFU")?atof(getenv("HFU")):0.8, kScoreMemory = 0.2;
 constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 const double kCoarseAngle = getenv("HFA") ? atof(getenv("HFA")) : 0.8,
@@ -131,6 +133,7 @@ struct Tracker::Impl {
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
   int finest_tested_ = 0;
+  double usual_score_ = 1;  ///< of the coarse stage, running mean
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -376,7 +379,11 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             }
           }
           for (int i = 0; i < hypotheses.count; ++i) {
-            add_start(coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest));
+            const Estimate estimate =
+                coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
+            add_start(estimate);
+            // A first hypothesis that fits as well as usual needs no second.
+            if (estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
@@ -391,6 +398,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           if (i == 0 || estimate.score > best.score) best = estimate;
           if (is_good(best)) break;
         }
+        if (coarse && is_good(best)) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
       }
     }
     result.T_camera_object = best.T_camera_object;
