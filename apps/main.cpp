@@ -31,6 +31,11 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     return app.exit(error);  // --help or --version
   }
   const auto subcommands = app.get_subcommands();
+  const std::vector<std::string> remaining = app.remaining();
+  if (subcommands.empty() && !remaining.empty()) {
+    holdfast::app::print_error("there is no command '" + remaining.front() + "' (see 'holdfast --help')");
+    return holdfast::app::kUsage;
+  }
   const std::string command = subcommands.empty() ? "" : subcommands.front()->get_name() + " ";
   holdfast::app::print_error(std::string(error.what()) + " (see 'holdfast " + command + "--help')");
   return holdfast::app::kUsage;
