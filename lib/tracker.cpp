@@ -141,7 +141,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma),
+      filter_(device.impl(), options.blur_sigma, levels_),
       view_(device.impl(), validated(mesh), camera, levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
