@@ -1,4 +1,4 @@
-/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 6, 11 to 13 of
+/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 10, 11 and 13 of
    docs/math.md. */
 
 /* Counting and passing pixels of the square neighbourhood of a row's lanes. */

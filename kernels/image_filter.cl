@@ -1,5 +1,6 @@
 /* Filters on interleaved pixels (three channels, coverage). Channels of an unfiltered pixel are premultiplied by its
-   coverage, so that one linear filter blurs colour and mask together and what is not covered has no weight. */
+   coverage, so that one linear filter blurs colour and mask together and what is not covered has no weight (equation 6
+   of docs/math.md). */
 
 /* The mean of 2x2 pixels; `rect` in pixels of the coarser level. */
 __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,

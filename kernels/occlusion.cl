@@ -1,4 +1,5 @@
-/* Samples the frame where each rendered pixel lies now and compares gradients: equations 5 to 10 of docs/math.md. */
+/* Samples the frame where each rendered pixel lies now and compares gradients: equations 5 and 7 to 10 of
+   docs/math.md. */
 
 typedef struct {
   lane_float v[HF_SAMPLES];
