@@ -7,7 +7,7 @@
 #define HF_PAD 16       /* never-written (zero) pixels around every level image */
 #define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
 #define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
-#define HF_FEATURE 12   /* floats of an image feature: value, d/dx, d/dy, each three channels and coverage */
+#define HF_FEATURE 9    /* floats of an image feature: value, d/dx, d/dy, each three channels */
 #define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
 #define HF_VOTE_RADIUS 4 /* of the largest neighbourhood: 9x9 */
 #define HF_MAX_RADIUS 8 /* largest blur radius, pixels */

@@ -9,11 +9,10 @@ namespace {
 constexpr int kCellsPerTile = HF_TILE / HF_CELL;
 
 /// What the object's pair weighs against a cell's own pixels: as much as this many pixels of this contrast.
-const double kPriorPixels = getenv("HFPP") ? atof(getenv("HFPP")) : 20;
+constexpr double kPriorPixels = 20;
 constexpr double kPriorVariance = 0.05 * 0.05;
 /// How far a block's pair may be from its present value.
-const double kGainDeviation = getenv("HFGD") ? atof(getenv("HFGD")) : 0.2,
-             kBiasDeviation = getenv("HFBD") ? atof(getenv("HFBD")) : 0.1;
+constexpr double kGainDeviation = 0.1, kBiasDeviation = 0.05;
 constexpr double kLeastGain = 0.1, kMostGain = 5.0;
 
 struct Moments {

@@ -275,6 +275,9 @@ TEST_CASE("Videos and images") {
 
 TEST_CASE("No device, no renderer") {
   check_fails(kNoDevice, track({}), {"no OpenCL device", "pocl-opencl-icd"}, {{"OCL_ICD_VENDORS", "/nonexistent"}});
+  // A platform without devices.
+  check_fails(kNoDevice, track({}), {"no OpenCL device"},
+              {{"OCL_ICD_VENDORS", "/etc/OpenCL/vendors/pocl.icd"}, {"POCL_DEVICES", "none"}});
   check_fails(kNoDevice, track({{"--device", "abacus"}}), {"abacus", "there is"});
   check_fails(kNoDevice, track({}), {"abacus", "HOLDFAST_DEVICE"}, {{"HOLDFAST_DEVICE", "abacus"}});
   check_fails(kNoDevice, {"devices"}, {"no OpenCL device"}, {{"OCL_ICD_VENDORS", "/nonexistent"}});
