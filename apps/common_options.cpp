@@ -90,7 +90,7 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
   using Value = std::remove_reference_t<decltype(value)>;
   CLI::Option* option = nullptr;
   if constexpr (std::is_same_v<Value, bool>) {
-    option = app.add_flag(names, value, description);
+    option = app.add_flag(names, value, std::string(description) + (value ? " [yes]" : " [no]"));
   } else {
     option = app.add_option(names, value, description)->capture_default_str();
   }
@@ -105,8 +105,9 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
-  add_choice<Mode>(app, "--mode", given_.mode, {{"default", Mode::standard}, {"paper", Mode::paper}},
-                   "The paper's own one-solve tracker, or everything on top of it [default]")
+  add_choice<Mode>(
+      app, "--mode", given_.mode, {{"default", Mode::standard}, {"paper", Mode::paper}},
+      "The paper's own one-solve tracker, or everything on top of it [default, whose values are listed here]")
       ->group(kTrackerGroup);
 
   add(
@@ -136,6 +137,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--difference-maximum", [](O& o) -> double& { return o.occlusion.difference_maximum; },
       "t_md of test (7), intensity a pixel");
+  add(
+      app, "--difference-relative", [](O& o) -> double& { return o.occlusion.difference_relative; },
+      "Test (7) also lets pass this share of the larger gradient");
   add(
       app, "--vote-share", [](O& o) -> double& { return o.occlusion.vote_share; },
       "Share of the neighbourhood's gradient pixels that must pass");

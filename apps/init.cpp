@@ -153,10 +153,17 @@ cv::Mat read_frame(const std::string& input, std::int64_t number) {
   FrameSourceOptions options;
   options.start = number;
   options.stop = number + 1;
-  FrameSource source(input, options);
   Frame frame;
-  if (!source.next(frame)) {
-    throw Error(ErrorCode::file, fmt::format("'{}' has no frame {}: give a smaller --frame", input, number));
+  bool found = false;
+  try {
+    found = FrameSource(input, options).next(frame);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::invalid_argument) {
+      throw;
+    }  // the number lies behind the end; said below, by the name of this command's option
+  }
+  if (!found) {
+    throw Error(ErrorCode::invalid_argument, fmt::format("--frame {}: '{}' has no such frame", number, input));
   }
   return frame.image.clone();
 }

@@ -1,8 +1,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "commands.hpp"
 #include "config_file.hpp"
@@ -16,6 +20,19 @@ constexpr const char* kExitCodes =
     "device or renderer, 5 an output cannot be written, 6 lost with 'track --require-held', 130 interrupted by "
     "Ctrl-C,\n"
     "1 anything unexpected.";
+
+/// Flags with a negative form as one writes them: CLI11 adds "{false}".
+class PlainFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    constexpr std::string_view mark = "{false}";
+    std::string name = CLI::Formatter::make_option_name(option, is_positional);
+    if (const std::size_t found = name.find(mark); found != name.npos) {
+      name.erase(found, mark.size());
+    }
+    return name;
+  }
+};
 
 /// The program's messages are one line each: OpenCV and FFmpeg stay silent unless the user asks for their logs.
 void silence_libraries() {
@@ -31,6 +48,11 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     return app.exit(error);  // --help or --version
   }
   const auto subcommands = app.get_subcommands();
+  const std::vector<std::string> remaining = app.remaining();
+  if (subcommands.empty() && !remaining.empty()) {
+    holdfast::app::print_error("there is no command '" + remaining.front() + "' (see 'holdfast --help')");
+    return holdfast::app::kUsage;
+  }
   const std::string command = subcommands.empty() ? "" : subcommands.front()->get_name() + " ";
   holdfast::app::print_error(std::string(error.what()) + " (see 'holdfast " + command + "--help')");
   return holdfast::app::kUsage;
@@ -48,6 +70,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
   app.require_subcommand(1);
   app.footer(kExitCodes);  // subcommands inherit it
+  app.formatter(std::make_shared<PlainFormatter>());
   app.get_formatter()->column_width(38);
   enable_config_file(app);
 

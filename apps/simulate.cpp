@@ -186,9 +186,11 @@ void run(const SimulateArguments& arguments, bool frames_given) {
     visible_sum += frame.visible_share;
     if (show_progress) print_progress(i, sequence.size(), seconds());
   });
+  std::filesystem::path model = arguments.model;
   if (arguments.model == "box") {
-    std::filesystem::create_directories(arguments.folder / "model");
-    io::save_model(arguments.folder / "model" / "model.obj", mesh);
+    model = arguments.folder / "model" / "model.obj";
+    std::filesystem::create_directories(model.parent_path());
+    io::save_model(model, mesh);
   }
   if (arguments.quiet) return;
   const MotionSummary motion = summarize_motion(sequence.poses(), mesh, options.camera);
@@ -199,8 +201,8 @@ void run(const SimulateArguments& arguments, bool frames_given) {
       "(most)\n",
       motion.nearest, motion.farthest, motion.median_speed, motion.speed_95, motion.max_speed);
   fmt::print("visible share {:.2f} (mean), {:.2f} (least)\n", visible_sum / sequence.size(), least_visible);
-  if (arguments.model == "box")
-    fmt::print("the object's model is {}\n", (arguments.folder / "model" / "model.obj").string());
+  fmt::print("can it be tracked? holdfast evaluate {} --model {}{}\n", arguments.folder.string(), model.string(),
+             arguments.model_scale == 1 ? "" : fmt::format(" --model-scale {}", arguments.model_scale));
 }
 
 void add_sequence_options(CLI::App& command, SimulateArguments& a) {

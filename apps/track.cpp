@@ -168,13 +168,15 @@ int TrackCommand::run() const {
   require_separate_files();
   FrameSource source(input, source_options());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
-  const Mesh mesh = model.load();
+  Mesh mesh = model.load();
   const Pose T_camera_object = init.load();
   warn_about_units(mesh, T_camera_object, calibrated);
   Tracker follower(mesh, calibrated, options, device.open());
   follower.reset(T_camera_object);
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
                  source.frame_count(), run_json(follower));
+
+  mesh = Mesh();  // its textures are not needed any more
 
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());

@@ -1,4 +1,4 @@
-/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 6, 11 to 13 of
+/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 10, 11 and 13 of
    docs/math.md. */
 
 /* Counting and passing pixels of the square neighbourhood of a row's lanes. */
@@ -131,6 +131,12 @@ __kernel void flow_constraints(__global const float* value, __global const float
       cell[p + 3] = fma(wv, rendered, cell[p + 3]);
       cell[p + 4] = fma(wi, seen, cell[p + 4]);
       cell[p + 5] = fma(wv, seen, cell[p + 5]);
+      cell[p + 6] = fma(weight, r, cell[p + 6]);
+      cell[p + 7] = fma(wv, r, cell[p + 7]);
+      cell[p + 8] = fma(weight, gx[c], cell[p + 8]);
+      cell[p + 9] = fma(weight, gy[c], cell[p + 9]);
+      cell[p + 10] = fma(wv, gx[c], cell[p + 10]);
+      cell[p + 11] = fma(wv, gy[c], cell[p + 11]);
       lane_int keep = used & (m2[c] > 0.0f);
       if (k.redundancy) {
         const lane_float along = fma(vx[c], sx, vy[c] * sy);
@@ -153,6 +159,8 @@ __kernel void flow_constraints(__global const float* value, __global const float
 
     /* The 2x6 geometry L of this pixel, conditioned: translation scaled by the radius, rotation about the centre. */
     const lane_float z = LOAD(depth + e);
+    cell[HF_CELL_PIXELS] += mask;
+    cell[HF_CELL_DEPTH] = fma(mask, z, cell[HF_CELL_DEPTH]);
     const lane_float inverse_z = 1.0f / CHOOSE(one, z, z > 0.0f);
     const float ray_y = (y - k.cy) / k.fy;
     const lane_float ax = fma(ray_x, z, (lane_float)(-k.center[0])), ay = fma((lane_float)(ray_y), z, (lane_float)(-k.center[1]));

@@ -1,5 +1,6 @@
 /* Filters on interleaved pixels (three channels, coverage). Channels of an unfiltered pixel are premultiplied by its
-   coverage, so that one linear filter blurs colour and mask together and what is not covered has no weight. */
+   coverage, so that one linear filter blurs colour and mask together and what is not covered has no weight (equation 6
+   of docs/math.md). */
 
 /* The mean of 2x2 pixels; `rect` in pixels of the coarser level. */
 __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,
@@ -70,8 +71,8 @@ __kernel void image_features(__global const float* in, hf_layout layout, hf_rect
     const float4 dx = 0.5f * (vload4(0, p + HF_PIXEL) - vload4(0, p - HF_PIXEL));
     const float4 dy = 0.5f * (vload4(0, p + step) - vload4(0, p - step));
     __global float* o = out + HF_FEATURE * e;
-    vstore4(value, 0, o);
-    vstore4(dx, 0, o + 4);
-    vstore4(dy, 0, o + 8);
+    vstore3(value.xyz, 0, o);
+    vstore3(dx.xyz, 1, o);
+    vstore3(dy.xyz, 2, o);
   }
 }

@@ -1,4 +1,5 @@
-/* Samples the frame where each rendered pixel lies now and compares gradients: equations 5 to 10 of docs/math.md. */
+/* Samples the frame where each rendered pixel lies now and compares gradients: equations 5 and 7 to 10 of
+   docs/math.md. */
 
 typedef struct {
   lane_float v[HF_SAMPLES];
@@ -23,10 +24,10 @@ void sample_features(__global const float* features, hf_layout layout, lane_floa
       const float u = fx[lane], v = fy[lane];
       const float w11 = u * v, w10 = v - w11, w01 = u - w11, w00 = 1.0f - u - w10;
       for (int k = 0; k < 3; ++k) {
-        float4 sum = w00 * vload4(k, p);
-        sum = fma((float4)(w01), vload4(k, p + HF_FEATURE), sum);
-        sum = fma((float4)(w10), vload4(k, p + step), sum);
-        s[k] = fma((float4)(w11), vload4(k, p + step + HF_FEATURE), sum);
+        float4 sum = w00 * vload4(0, p + 3 * k);
+        sum = fma((float4)(w01), vload4(0, p + HF_FEATURE + 3 * k), sum);
+        sum = fma((float4)(w10), vload4(0, p + step + 3 * k), sum);
+        s[k] = fma((float4)(w11), vload4(0, p + step + HF_FEATURE + 3 * k), sum);
       }
     }
     for (int k = 0; k < 3; ++k) {
@@ -46,10 +47,10 @@ void sample_features(__global const float* features, hf_layout layout, lane_floa
   __global const float* p = features + HF_FEATURE * element(layout, xi, yi);
   const int step = HF_FEATURE * layout.stride;
   for (int k = 0; k < 3; ++k) {
-    float4 sum = w00 * vload4(k, p);
-    sum = fma((float4)(w01), vload4(k, p + HF_FEATURE), sum);
-    sum = fma((float4)(w10), vload4(k, p + step), sum);
-    sum = fma((float4)(w11), vload4(k, p + step + HF_FEATURE), sum);
+    float4 sum = w00 * vload4(0, p + 3 * k);
+    sum = fma((float4)(w01), vload4(0, p + HF_FEATURE + 3 * k), sum);
+    sum = fma((float4)(w10), vload4(0, p + step + 3 * k), sum);
+    sum = fma((float4)(w11), vload4(0, p + step + HF_FEATURE + 3 * k), sum);
     samples->v[3 * k] = sum.x;
     samples->v[3 * k + 1] = sum.y;
     samples->v[3 * k + 2] = sum.z;

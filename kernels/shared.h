@@ -7,7 +7,7 @@
 #define HF_PAD 16       /* never-written (zero) pixels around every level image */
 #define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
 #define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
-#define HF_FEATURE 12   /* floats of an image feature: value, d/dx, d/dy, each three channels and coverage */
+#define HF_FEATURE 9    /* floats of an image feature: value, d/dx, d/dy, each three channels */
 #define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
 #define HF_VOTE_RADIUS 4 /* of the largest neighbourhood: 9x9 */
 #define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
@@ -36,10 +36,13 @@
 #define HF_SUM_PASSED 33
 #define HF_SUM_USED 34
 #define HF_SUM_MAIN 35        /* sums of the whole tile end here */
-#define HF_PHOTO 6            /* a channel: w, wV, wI, wVV, wII, wVI */
-#define HF_CELL_SUMS 18       /* three channels */
+/* Sums of a cell: twelve a channel, then pixels and their depth. */
+#define HF_PHOTO 12           /* w, wV, wI, wVV, wII, wVI, wr, wVr, w dx, w dy, wV dx, wV dy */
+#define HF_CELL_PIXELS 36
+#define HF_CELL_DEPTH 37
+#define HF_CELL_SUMS 38
 #define HF_SUM_PHOTO 35       /* cells 00, 01, 10, 11 (row, column) */
-#define HF_SUM_STRIDE 112     /* floats from a tile's sums to the next; 35 + 4 * 18 used */
+#define HF_SUM_STRIDE 192     /* floats from a tile's sums to the next; 35 + 4 * 38 used */
 
 /* A cell's pairs: gain of three channels, bias of three channels. */
 #define HF_CELL_PAIRS 8

@@ -18,7 +18,7 @@ __kernel void shift_scores(__global const float* dx, __global const float* dy, i
       const int u = x + shift_x, v = y + shift_y;
       if (u < sampled.x || v < sampled.y || u > sampled.z || v > sampled.w) continue;
       __global const float* p = features + HF_FEATURE * element(layout, u, v);
-      float4 ix = vload4(1, p), iy = vload4(2, p);
+      float4 ix = vload4(0, p + 3), iy = vload4(0, p + 6);
       ix.w = iy.w = 0.0f;
       const float mi2 = dot(ix, ix) + dot(iy, iy);
       agreement += mv * (dot(vx, ix) + dot(vy, iy)) / (0.5f * (mv2 + mi2) + 1e-5f);

@@ -149,8 +149,9 @@ std::size_t choose(std::vector<Candidate>& candidates, const std::string& option
 }
 
 void build_program(Device::Impl& impl, const DeviceOptions& options) {
-  const bool cpu = impl.info.type == "cpu";
-  impl.strips = options.partition == Partition::automatic ? cpu : options.partition == Partition::strips;
+  // A CPU driver without vectors of its own (rusticl, Oclgrind) would compile wide ones for minutes.
+  const bool wide_cpu = impl.info.type == "cpu" && impl.device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>() > 1;
+  impl.strips = options.partition == Partition::automatic ? wide_cpu : options.partition == Partition::strips;
   std::string source;
   for (const char* file : {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "view_template.cl",
                            "occlusion.cl", "flow_constraints.cl", "shift_search.cl"}) {

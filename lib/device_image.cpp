@@ -5,9 +5,6 @@
 namespace holdfast {
 namespace {
 
-/// Floats that a row kernel may touch beyond a row's end.
-constexpr std::size_t kGuard = 64;
-
 void check_frame(int width, int height, const Camera& camera) {
   if (width != camera.width || height != camera.height) {
     throw Error(ErrorCode::image, "the frame is " + std::to_string(width) + "x" + std::to_string(height) +
@@ -33,17 +30,14 @@ std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
 DeviceImage::DeviceImage(const Device::Impl& device, const Camera& camera, const std::vector<Level>& levels,
                          ImageFilter& filter)
     : device_(device), camera_(camera), levels_(levels), filter_(filter) {
-  const std::size_t largest = levels[0].elements;
   for (const Level& level : levels) {
     LevelBuffers buffers;
-    buffers.pixels = device.zeroed_buffer((level.elements * HF_PIXEL + kGuard) * sizeof(float));
-    buffers.features = device.zeroed_buffer((level.elements * HF_FEATURE + kGuard) * sizeof(float));
+    buffers.pixels = device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float));
+    buffers.features = device.zeroed_buffer((level.elements * HF_FEATURE + kGuardFloats) * sizeof(float));
     levels_buffers_.push_back(std::move(buffers));
   }
-  scratch_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
-  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
   staging_ = device.zeroed_buffer(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 4 +
-                                  kGuard);
+                                  kGuardFloats);
   const std::array<const char*, 6> names{"convert_bgr8",  "convert_rgb8", "convert_rgba8",
                                          "convert_grey8", "convert_nv12", "convert_yuyv"};
   for (std::size_t i = 0; i < names.size(); ++i) convert_[i] = device.kernel(names[i]);
@@ -141,8 +135,8 @@ void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
-  filter_.enqueue_blur(buffers.pixels, level, rect, scratch_, blurred_);
-  filter_.enqueue_features(blurred_, level, rect, buffers.features);
+  const cl::Buffer& blurred = filter_.enqueue_blur(buffers.pixels, level, rect);
+  filter_.enqueue_features(blurred, level, rect, buffers.features);
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
   // frame's own border the blur is normalised by coverage and only the outermost difference is not.

@@ -46,7 +46,7 @@ class DeviceImage {
   const std::vector<Level>& levels_;
   ImageFilter& filter_;
   std::vector<LevelBuffers> levels_buffers_;
-  cl::Buffer staging_, scratch_, blurred_;
+  cl::Buffer staging_;
   std::array<cl::Kernel, 6> convert_;
   Rect region_;
   bool grey_ = false;

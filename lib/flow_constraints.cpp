@@ -4,13 +4,12 @@ namespace holdfast {
 
 FlowConstraints::FlowConstraints(const Device::Impl& device, const std::vector<Level>& levels)
     : device_(device), levels_(levels) {
-  constexpr std::size_t guard = 64;
   const std::size_t most_tiles =
       static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y());
   sums_ =
       cl::Buffer(device.context, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, most_tiles * HF_SUM_STRIDE * sizeof(float));
   partials_.resize(most_tiles * HF_SUM_STRIDE);
-  for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + guard));
+  for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + kGuardFloats));
   kernel_ = device.kernel("flow_constraints");
 }
 

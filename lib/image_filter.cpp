@@ -18,7 +18,7 @@ std::vector<float> ImageFilter::gaussian_taps(double sigma) {
   return taps;
 }
 
-ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(device) {
+ImageFilter::ImageFilter(const Device::Impl& device, double sigma, const std::vector<Level>& levels) : device_(device) {
   auto taps = gaussian_taps(sigma);
   radius_ = static_cast<int>(taps.size()) - 1;
   if (radius_ > HF_MAX_RADIUS) {
@@ -27,6 +27,9 @@ ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(dev
                     " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
   }
   taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, taps.size() * sizeof(float), taps.data());
+  const std::size_t bytes = (levels[0].elements * HF_PIXEL + kGuardFloats) * sizeof(float);
+  scratch_ = device.zeroed_buffer(bytes);
+  blurred_ = device.zeroed_buffer(bytes);
   halve_ = device.kernel("halve");
   blur_rows_ = device.kernel("blur_rows");
   blur_columns_ = device.kernel("blur_columns");
@@ -43,8 +46,7 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
   device_.enqueue_rows(halve_, rect.width, rect.height);
 }
 
-void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& scratch,
-                               const cl::Buffer& out) {
+const cl::Buffer& ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect) {
   const auto enqueue = [&](cl::Kernel& kernel, const cl::Buffer& from, const cl::Buffer& to) {
     kernel.setArg(0, from);
     kernel.setArg(1, level.layout);
@@ -54,8 +56,9 @@ void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const R
     kernel.setArg(5, to);
     device_.enqueue_rows(kernel, rect.width, rect.height);
   };
-  enqueue(blur_rows_, in, scratch);
-  enqueue(blur_columns_, scratch, out);
+  enqueue(blur_rows_, in, scratch_);
+  enqueue(blur_columns_, scratch_, blurred_);
+  return blurred_;
 }
 
 void ImageFilter::enqueue_features(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out) {

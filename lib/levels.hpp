@@ -9,6 +9,9 @@
 
 namespace holdfast {
 
+/// Elements that a row kernel may touch beyond a buffer's last pixel.
+constexpr std::size_t kGuardFloats = 64;
+
 /// Size and memory layout of one pyramid level; level l has pixels of 2^l x 2^l pixels of the frame.
 struct Level {
   int width = 0;  ///< pixels with any of the frame in them

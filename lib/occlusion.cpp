@@ -52,9 +52,8 @@ kernel::hf_tests make_tests(const OcclusionOptions& options, double relative) {
 
 OcclusionTest::OcclusionTest(const Device::Impl& device, const std::vector<Level>& levels)
     : device_(device), levels_(levels) {
-  constexpr std::size_t guard = 64;
-  samples_ = device.zeroed_buffer((levels[0].elements + guard) * HF_SAMPLES * sizeof(float));
-  for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + guard));
+  samples_ = device.zeroed_buffer((levels[0].elements + kGuardFloats) * HF_SAMPLES * sizeof(float));
+  for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + kGuardFloats));
   kernel_ = device.kernel("occlusion_tests");
 }
 

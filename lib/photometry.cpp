@@ -9,8 +9,10 @@ namespace {
 constexpr int kCellsPerTile = HF_TILE / HF_CELL;
 
 /// What the object's pair weighs against a cell's own pixels: as much as this many pixels of this contrast.
-const double kPriorPixels = getenv("HFPP") ? atof(getenv("HFPP")) : 20;
+constexpr double kPriorPixels = 20;
 constexpr double kPriorVariance = 0.05 * 0.05;
+/// How far a block's pair may be from its present value.
+constexpr double kGainDeviation = 0.1, kBiasDeviation = 0.05;
 constexpr double kLeastGain = 0.1, kMostGain = 5.0;
 
 struct Moments {
@@ -88,7 +90,7 @@ void Photometry::start_level(int level, const kernel::hf_rect& tiles, bool from_
 void Photometry::blur_moments(int columns, int rows) {
   // Binomial (1 2 1)/4 both ways: sums of neighbours count for less the farther they are.
   const auto at = [&](std::vector<float>& values, int column, int row) {
-    return values.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS);
+    return values.data() + static_cast<std::size_t>(row * columns + column) * kMoments;
   };
   const auto pass = [&](std::vector<float>& from, std::vector<float>& to, int step_x, int step_y) {
     for (int row = 0; row < rows; ++row) {
@@ -99,7 +101,7 @@ void Photometry::blur_moments(int columns, int rows) {
         const float* before = has_before ? at(from, column - step_x, row - step_y) : nullptr;
         const float* after = has_after ? at(from, column + step_x, row + step_y) : nullptr;
         float* out = at(to, column, row);
-        for (std::size_t i = 0; i < HF_CELL_SUMS; ++i) {
+        for (std::size_t i = 0; i < kMoments; ++i) {
           out[i] = 0.5f * center[i] + 0.25f * ((before ? before[i] : 0.0f) + (after ? after[i] : 0.0f));
         }
       }
@@ -119,8 +121,10 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
     for (int column = 0; column < columns; ++column) {
       const auto tile = static_cast<std::size_t>((row / kCellsPerTile) * tiles.width + column / kCellsPerTile);
       const float* sums = cell_sums(constraints, tile, (row % kCellsPerTile) * kCellsPerTile + column % kCellsPerTile);
-      std::copy(sums, sums + HF_CELL_SUMS,
-                moments_.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS));
+      float* moments = moments_.data() + static_cast<std::size_t>(row * columns + column) * kMoments;
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        std::copy(sums + c * HF_PHOTO, sums + c * HF_PHOTO + 6, moments + c * 6);
+      }
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) object[c].add(sums + c * HF_PHOTO);
     }
   }
@@ -136,7 +140,7 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
       float* pair = cells_[l].pairs.data() + static_cast<std::size_t>(HF_CELL_PAIRS * (cy * levels_[l].cells_x() + cx));
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         Moments near;
-        near.add(moments_.data() + static_cast<std::size_t>((row * columns + column) * HF_CELL_SUMS) + c * HF_PHOTO);
+        near.add(moments_.data() + static_cast<std::size_t>(row * columns + column) * kMoments + c * 6);
         double gain = gain_[c], bias = bias_[c];
         if (near.w > 0.5) {
           gain = near.gain(gain_[c]);
@@ -144,6 +148,65 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
         }
         pair[c] = static_cast<float>(gain);
         pair[HF_CHANNELS + c] = static_cast<float>(bias);
+      }
+    }
+  }
+}
+
+void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
+                           ConstraintSums& sums) const {
+  if (!enabled_ || k.redundancy || sums.rows <= 0) return;
+  const kernel::hf_rect tiles = constraints.tiles();
+  const double variance = std::max(sums.weighted_square / sums.rows, 1e-6);
+  const double prior_gain = variance / (kGainDeviation * kGainDeviation);
+  const double prior_bias = variance / (kBiasDeviation * kBiasDeviation);
+  const Eigen::Vector3d center(k.center[0], k.center[1], k.center[2]);
+  const double radius = k.radius, fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
+  using Matrix62 = Eigen::Matrix<double, 6, 2>;
+  for (int row = 0; row < tiles.height; ++row) {
+    for (int column = 0; column < tiles.width; ++column) {
+      const auto tile = static_cast<std::size_t>(row * tiles.width + column);
+      std::array<Matrix62, HF_CHANNELS> B;
+      std::array<Eigen::Matrix2d, HF_CHANNELS> C;
+      std::array<Eigen::Vector2d, HF_CHANNELS> d;
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        B[c].setZero();
+        C[c] << prior_gain, 0, 0, prior_bias;
+        d[c].setZero();
+      }
+      bool any = false;
+      for (int cell = 0; cell < kCellsPerTile * kCellsPerTile; ++cell) {
+        const float* s = cell_sums(constraints, tile, cell);
+        if (s[HF_CELL_PIXELS] <= 0.0f) continue;
+        any = true;
+        // The 2x6 geometry at the cell's middle and mean depth (as the kernel's rows).
+        const double z = static_cast<double>(s[HF_CELL_DEPTH]) / static_cast<double>(s[HF_CELL_PIXELS]);
+        const double half = 0.5 * (HF_CELL - 1);
+        const double x = ((tiles.x + column) * HF_TILE + (cell % kCellsPerTile) * HF_CELL + half - cx) / fx;
+        const double y = ((tiles.y + row) * HF_TILE + (cell / kCellsPerTile) * HF_CELL + half - cy) / fy;
+        const Eigen::Vector3d arm = Eigen::Vector3d(x * z, y * z, z) - center;
+        const Eigen::Vector3d gu(fx / z, 0, -x * fx / z), gv(0, fy / z, -y * fy / z);
+        Matrix62 L;
+        L.col(0) << radius * gu, arm.cross(gu);
+        L.col(1) << radius * gv, arm.cross(gv);
+        for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+          const float* m = s + c * HF_PHOTO;
+          const auto value = [&](int i) { return static_cast<double>(m[i]); };
+          Eigen::Matrix2d gradients;  // columns: with V, with 1
+          gradients << value(10), value(8), value(11), value(9);
+          B[c] += L * gradients;
+          C[c](0, 0) += value(3);
+          C[c](0, 1) += value(1);
+          C[c](1, 0) += value(1);
+          C[c](1, 1) += value(0);
+          d[c] += Eigen::Vector2d(value(7), value(6));
+        }
+      }
+      if (!any) continue;
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        const Matrix62 BC = B[c] * C[c].inverse();
+        sums.A -= BC * B[c].transpose();
+        sums.h -= BC * d[c];
       }
     }
   }

@@ -24,6 +24,11 @@ class Photometry {
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
   void update(int level, const FlowConstraints& constraints);
 
+  /// What the pairs' own uncertainty takes from the constraints: eliminates a gain and a bias a channel and block of
+  /// cells from the sums (Schur complement, equation 17 of docs/math.md), so that pose and light are solved for
+  /// together. `k` as the sums were made with. No-op when not enabled.
+  void eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k, ConstraintSums& sums) const;
+
   /// Uploads the cells' pairs (whole rows of cells of these tiles).
   void enqueue_upload(int level, const kernel::hf_rect& tiles);
 
@@ -35,6 +40,8 @@ class Photometry {
   static double correlation(const FlowConstraints& constraints);
 
  private:
+  static constexpr std::size_t kMoments = 6 * HF_CHANNELS;
+
   struct LevelCells {
     std::vector<float> pairs;  ///< HF_CELL_PAIRS a cell, rows of Level::cells_x()
     cl::Buffer buffer;
@@ -46,7 +53,7 @@ class Photometry {
   const std::vector<Level>& levels_;
   bool enabled_;
   std::vector<LevelCells> cells_;
-  std::vector<float> moments_, blurred_;  ///< HF_CELL_SUMS a cell of the region at hand
+  std::vector<float> moments_, blurred_;  ///< kMoments a cell of the region at hand
   std::array<double, HF_CHANNELS> gain_{1, 1, 1}, bias_{0, 0, 0};
 };
 

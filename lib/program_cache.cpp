@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -35,27 +36,40 @@ std::uint64_t hash(const std::string& text, std::uint64_t seed) {
   return value;
 }
 
-std::string file_name(const std::string& key) {
+/// 128 bits of hash as text.
+std::string digest(const std::string& text) {
   constexpr std::uint64_t first = 14695981039346656037ull, second = 1469598103934665603ull;
   char name[40];
-  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(hash(key, first)),
-                static_cast<unsigned long long>(hash(key, second)));
+  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(hash(text, first)),
+                static_cast<unsigned long long>(hash(text, second)));
   return name;
 }
 
-std::vector<unsigned char> read_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+/// A binary's length and hash precede it in its file: drivers are not to be trusted with a damaged one (PoCL aborts).
+std::string seal(const std::vector<unsigned char>& binary) {
+  const std::string text(binary.begin(), binary.end());
+  return "holdfast " + std::to_string(text.size()) + ' ' + digest(text) + '\n';
 }
 
-void write_file(const std::filesystem::path& path, const std::vector<unsigned char>& bytes) {
+/// The binary in the file; empty when there is none or it is not as it was written.
+std::vector<unsigned char> read_binary(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string first_line;
+  std::getline(file, first_line);
+  const std::vector<unsigned char> binary{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  return first_line + '\n' == seal(binary) ? binary : std::vector<unsigned char>{};
+}
+
+void write_binary(const std::filesystem::path& path, const std::vector<unsigned char>& binary) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   // Another process may read or write the same file: it only ever sees a complete one.
   const auto temporary = path.string() + ".tmp" + std::to_string(::getpid());
   {
     std::ofstream file(temporary, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file << seal(binary);
+    file.write(reinterpret_cast<const char*>(binary.data()), static_cast<std::streamsize>(binary.size()));
+    file.flush();
     if (!file) {
       file.close();
       std::filesystem::remove(temporary, error);
@@ -76,16 +90,16 @@ cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& de
   const std::string key = source + '\n' + options + '\n' + platform.getInfo<CL_PLATFORM_NAME>() + '\n' +
                           platform.getInfo<CL_PLATFORM_VERSION>() + '\n' + device.getInfo<CL_DEVICE_NAME>() + '\n' +
                           device.getInfo<CL_DEVICE_VERSION>() + '\n' + device.getInfo<CL_DRIVER_VERSION>();
-  const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / (file_name(key) + ".clbin");
+  const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / (digest(key) + ".clbin");
   if (!file.empty()) {
-    const auto bytes = read_file(file);
-    if (!bytes.empty()) {
+    const auto binary = read_binary(file);
+    if (!binary.empty()) {
       try {
-        cl::Program program(context, {device}, cl::Program::Binaries{bytes});
+        cl::Program program(context, {device}, cl::Program::Binaries{binary});
         program.build({device}, options.c_str());
         return program;
       } catch (const cl::Error&) {
-        // A stale or damaged file: compile from source and replace it.
+        // A driver that takes its own binary no longer: compile from source and replace it.
       }
     }
   }
@@ -101,7 +115,7 @@ cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& de
   if (!file.empty()) {
     try {
       const auto binaries = program.getInfo<CL_PROGRAM_BINARIES>();
-      if (binaries.size() == 1 && !binaries[0].empty()) write_file(file, binaries[0]);
+      if (binaries.size() == 1 && !binaries[0].empty()) write_binary(file, binaries[0]);
     } catch (const std::exception&) {
       // No cache then.
     }

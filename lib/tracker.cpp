@@ -19,18 +19,18 @@ namespace holdfast {
 namespace {
 
 /// Least side of the object on a level that is still worth comparing there, pixels.
-const double kLeastSide = getenv("HFS") ? atof(getenv("HFS")) : 20;
+constexpr double kLeastSide = 20;
 /// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.02;
+constexpr double kConvergedPixels = 0.05;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
-constexpr double kRedrawPixels = 1.0;
+constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
-const double kLongestStep = getenv("HFL") ? atof(getenv("HFL")) : 3;
+constexpr double kLongestStep = 3;
+/// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
+constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
-const double kCoarseAngle = getenv("HFA") ? atof(getenv("HFA")) : 0.8,
-             kCoarseDifference = getenv("HFR") ? atof(getenv("HFR")) : 0.8,
-             kCoarseVote = getenv("HFV") ? atof(getenv("HFV")) : 0.5;
+constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -131,6 +131,7 @@ struct Tracker::Impl {
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
   int finest_tested_ = 0;
+  double usual_score_ = 1;  ///< of the coarse stage, running mean
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -140,7 +141,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma),
+      filter_(device.impl(), options.blur_sigma, levels_),
       view_(device.impl(), validated(mesh), camera, levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
@@ -219,8 +220,10 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   occlusion_.enqueue(view_, image_, level,
                      make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
                      make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
-  constraints_.enqueue(view_, occlusion_, level, constraint_options(level), photometry_.buffer(level));
-  const ConstraintSums sums = constraints_.read();
+  const kernel::hf_constraints options = constraint_options(level);
+  constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
+  ConstraintSums sums = constraints_.read();
+  photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
@@ -233,11 +236,6 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
-    if (getenv("HFD"))
-      fprintf(stderr, "  L%d it%d vis %.0f us %.0f gr %.0f pass %.0f used %.0f res %.4f g %.2f b %.3f\n", level, i,
-              estimate.sums.visible, estimate.sums.usable, estimate.sums.gradient, estimate.sums.passed,
-              estimate.sums.used, sqrt(estimate.sums.weighted_square / estimate.sums.weight), photometry_.gain(0),
-              photometry_.bias(0));
     const Solution solution = solve(estimate.sums, condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
@@ -281,8 +279,6 @@ Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool se
     const int radius = (options_.search_radius >> coarsest) + 1;
     const ShiftSearch::Result shift = search_.search(view_, image_, coarsest, radius);
     const Camera& camera = levels_[static_cast<std::size_t>(coarsest)].camera;
-    if (getenv("HFD"))
-      fprintf(stderr, " search %.1f %.1f %.3f vs %.3f\n", shift.dx, shift.dy, shift.score, shift.unshifted);
     if (shift.score > shift.unshifted + 0.02) {
       const double z = (T_start * p_object_center_).z();
       D.translation() = Eigen::Vector3d(shift.dx * z / camera.fx, shift.dy * z / camera.fy, 0);
@@ -374,7 +370,11 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             }
           }
           for (int i = 0; i < hypotheses.count; ++i) {
-            add_start(coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest));
+            const Estimate estimate =
+                coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
+            add_start(estimate);
+            // A first hypothesis that fits as well as usual needs no second.
+            if (estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
@@ -389,6 +389,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           if (i == 0 || estimate.score > best.score) best = estimate;
           if (is_good(best)) break;
         }
+        if (coarse && is_good(best)) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
       }
     }
     result.T_camera_object = best.T_camera_object;

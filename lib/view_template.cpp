@@ -5,12 +5,6 @@
 #include <cmath>
 
 namespace holdfast {
-namespace {
-
-constexpr std::size_t kGuard = 64;
-
-}  // namespace
-
 ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
                            const std::vector<Level>& levels, ImageFilter& filter)
     : device_(device),
@@ -20,19 +14,17 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
                 std::max(camera.height, levels[0].padded_height)) {
   for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
   for (const Level& level : levels) {
-    const std::size_t plane = (level.elements + kGuard) * sizeof(float);
+    const std::size_t plane = (level.elements + kGuardFloats) * sizeof(float);
     Planes planes;
     planes.value = device.zeroed_buffer(HF_CHANNELS * plane);
     planes.dx = device.zeroed_buffer(HF_CHANNELS * plane);
     planes.dy = device.zeroed_buffer(HF_CHANNELS * plane);
     planes.depth = device.zeroed_buffer(plane);
-    planes.usable = device.zeroed_buffer(level.elements + kGuard);
+    planes.usable = device.zeroed_buffer(level.elements + kGuardFloats);
     planes_.push_back(std::move(planes));
-    pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuard) * sizeof(float)));
+    pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
   }
   const std::size_t largest = levels[0].elements;
-  scratch_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
-  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuard) * sizeof(float));
   const auto host_memory = CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR;
   rgba_ = cl::Buffer(device.context, host_memory, largest * 4);
   window_depth_ = cl::Buffer(device.context, host_memory, largest * sizeof(float));
@@ -124,10 +116,10 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
       halve_depth_.setArg(4, planes.depth);
       device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
     }
-    filter_.enqueue_blur(pixels_[l], levels_[l], level_rect, scratch_, blurred_);
+    const cl::Buffer& blurred = filter_.enqueue_blur(pixels_[l], levels_[l], level_rect);
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
     const auto jump = static_cast<float>(depth_jump * (1 << l));
-    template_planes_.setArg(0, blurred_);
+    template_planes_.setArg(0, blurred);
     template_planes_.setArg(1, planes.depth);
     template_planes_.setArg(2, levels_[l].layout);
     template_planes_.setArg(3, to_kernel(level_rect));

@@ -45,7 +45,7 @@ class ViewTemplate {
   Eigen::AlignedBox3d box_;
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
-  cl::Buffer rgba_, window_depth_, scratch_, blurred_;
+  cl::Buffer rgba_, window_depth_;
   cl::Kernel unpack_, halve_depth_, template_planes_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;

@@ -227,6 +227,17 @@ TEST_CASE("PLY with bad faces says what is wrong") {
   };
   CHECK_ERROR(io::load_model(ply("3 0 1 7 6 0 0 1 0 0 1")), ErrorCode::file, "vertex 7", "there are 3");
   CHECK_ERROR(io::load_model(ply("3 0 1 2 4 0 0 1 0")), ErrorCode::file, "3 corners", "4 texture coordinates");
+  const auto with_header = [&folder](const std::string& header) {
+    return folder.write("h.ply", "ply\nformat ascii 1.0\n" + header);
+  };
+  const std::string face =
+      "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n";
+  CHECK_ERROR(io::load_model(with_header("element vertex 99999999999999\n" + face + "end_header")), ErrorCode::file,
+              "99999999999999", "not possible");
+  CHECK_ERROR(io::load_model(with_header(face + "end_header")), ErrorCode::file, "ends early");
+  CHECK_ERROR(io::load_model(with_header(face)), ErrorCode::file, "header has no end");
+  CHECK_ERROR(io::load_model(with_header("element vertex 1\nproperty quad x\n" + face + "end_header\n")),
+              ErrorCode::file, "unknown type 'quad'");
   CHECK_ERROR(io::load_model(ply("3 0 one 2 6 0 0 1 0 0 1")), ErrorCode::file, "'one'", "not a number");
 }
 

@@ -628,6 +628,10 @@ TEST_CASE("Wrong options are named in one line") {
   CHECK(error_with([](SequenceOptions& o) { o.motion_blur = 2; }).says(wrong, {"motion blur"}));
   CHECK(error_with([](SequenceOptions& o) { o.motion.speed = 0; }).says(wrong, {"speed"}));
   CHECK(error_with([](SequenceOptions& o) { o.motion.speed = 5000; }).says(wrong, {"cannot move that fast"}));
+  CHECK(error_with([](SequenceOptions& o) {
+          o.motion.style = MotionStyle::sharp;
+          o.motion.turns = 19;
+        }).says(wrong, {"19 turns", "20 frames"}));
   CHECK(error_with([](SequenceOptions& o) { o.motion.nearest = 0.05; }).says(wrong, {"nearest distance"}));
   CHECK(
       error_with([](SequenceOptions& o) { o.motion.nearest = 1, o.motion.farthest = 0.5; }).says(wrong, {"farthest"}));

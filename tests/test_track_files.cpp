@@ -218,7 +218,7 @@ TEST_CASE("an overlay video can be read back") {
     cv::Mat picture;
     int frames = 0;
     for (; capture.read(picture); ++frames) {
-      CHECK(cv::mean(picture)[1] == doctest::Approx(20 * frames).epsilon(0.05).scale(255));
+      CHECK(std::abs(cv::mean(picture)[1] - 20 * frames) < 6);
     }
     CHECK(frames == 12);
   }
@@ -262,7 +262,7 @@ TEST_CASE("a contact sheet shows frames spread over the run") {
     CHECK(greens.front() <= 5);
     CHECK(greens.back() >= 230);
     for (int i = 1; i < 6; ++i) {
-      CHECK(greens[i] - greens[i - 1] == doctest::Approx(50).epsilon(0.2).scale(50));
+      CHECK(std::abs(greens[i] - greens[i - 1] - 50) < 10);
     }
   }
 }

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <set>
 #include <stdexcept>
@@ -31,6 +32,7 @@
 #include "support/files.hpp"
 #include "track/interruption.hpp"
 #include "track/outline.hpp"
+#include "track/overlay.hpp"
 #include "track/pipeline.hpp"
 
 namespace fs = std::filesystem;
@@ -442,6 +444,77 @@ TEST_CASE("an outline keeps inside the frame, and is empty where the object is n
   CHECK(outline.lines(T_camera_object).empty());
   T_camera_object.translation() = Eigen::Vector3d(0, 0, -0.9);
   CHECK(outline.lines(T_camera_object).empty());
+}
+
+TEST_CASE("pictures show the frame as the tracker sees it: without lens distortion") {
+  Camera camera = kCamera;
+  camera.distortion = {-0.3, 0.1, 0.002, -0.001, 0, 0, 0, 0};
+  const Eigen::Vector2d straight(520, 90);
+  const Eigen::Vector2d recorded = camera.distort(straight);
+  REQUIRE((recorded - straight).norm() > 5);
+  TrackedFrame tracked;
+  tracked.frame.image = cv::Mat::zeros(camera.height, camera.width, CV_8UC3);
+  cv::circle(tracked.frame.image, {static_cast<int>(recorded.x() * 16), static_cast<int>(recorded.y() * 16)}, 48,
+             cv::Scalar::all(255), cv::FILLED, cv::LINE_AA, 4);
+  tracked.result.T_camera_object.translation() = Eigen::Vector3d(0, 0, -1);  // nothing to draw
+  Overlay overlay(cube(0.2), camera);
+  cv::Mat grey;
+  cv::cvtColor(overlay.outline_picture(tracked), grey, cv::COLOR_BGR2GRAY);
+  REQUIRE(grey.size() == cv::Size(camera.width, camera.height));
+  const cv::Moments moments = cv::moments(grey);
+  CHECK(std::abs(moments.m10 / moments.m00 - straight.x()) < 0.3);
+  CHECK(std::abs(moments.m01 / moments.m00 - straight.y()) < 0.3);
+}
+
+TEST_CASE("an overlay tells used pixels from rejected ones by colour, and held from lost") {
+  Overlay overlay(cube(0.2), kCamera);
+  TrackedFrame tracked;
+  tracked.frame.image = cv::Mat(kCamera.height, kCamera.width, CV_8UC3, cv::Scalar::all(128));
+  tracked.result.T_camera_object.translation() = Eigen::Vector3d(0, 0, 0.8);
+  tracked.mask.width = kCamera.width;
+  tracked.mask.height = kCamera.height;
+  tracked.mask.classes.assign(static_cast<std::size_t>(kCamera.width) * kCamera.height, 0);
+  for (int value = 0; value <= 6; ++value) {  // a column of the picture each
+    for (int y = 0; y < kCamera.height; ++y) {
+      for (int x = 20 * value; x < 20 * value + 20; ++x) {
+        tracked.mask.classes[static_cast<std::size_t>(y) * kCamera.width + x] = static_cast<std::uint8_t>(value);
+      }
+    }
+  }
+  const cv::Mat picture = overlay.overlay_picture(tracked).clone();
+  REQUIRE(picture.size() == overlay.overlay_size());
+  CHECK(picture.cols == 2 * kCamera.width);
+  CHECK(picture.rows % 2 == 0);
+  const auto color_of = [&](holdfast::PixelClass shown) {
+    return cv::Vec3i(picture.at<cv::Vec3b>(100, kCamera.width + 20 * static_cast<int>(shown) + 10));
+  };
+  using holdfast::PixelClass;
+  const cv::Vec3i used = color_of(PixelClass::used);
+  CHECK(used[1] > used[0] + 60);
+  CHECK(used[1] > used[2] + 60);
+  for (const PixelClass rejected :
+       {PixelClass::rejected_angle, PixelClass::rejected_magnitude, PixelClass::rejected_vote}) {
+    CAPTURE(static_cast<int>(rejected));
+    CHECK(color_of(rejected)[2] > color_of(rejected)[1] + 60);
+    for (const PixelClass other : {PixelClass::rejected_angle, PixelClass::rejected_magnitude,
+                                   PixelClass::rejected_vote, PixelClass::no_gradient, PixelClass::unusable}) {
+      CHECK((other == rejected || cv::norm(color_of(rejected) - color_of(other)) > 40));
+    }
+  }
+  const cv::Vec3i background = color_of(PixelClass::not_visible);
+  CHECK(background[0] == background[2]);
+
+  // The front face's upper edge, at the left of the picture.
+  const Eigen::Vector2d edge = kCamera.project(Eigen::Vector3d(0, -0.1, 0.7));
+  const auto line_color = [&](const cv::Mat& of) {
+    return cv::Vec3i(of.at<cv::Vec3b>(static_cast<int>(std::lround(edge.y())), static_cast<int>(edge.x())));
+  };
+  tracked.result.status = holdfast::Status::held;
+  const cv::Vec3i held = line_color(overlay.overlay_picture(tracked));
+  tracked.result.status = holdfast::Status::lost;
+  const cv::Vec3i lost = line_color(overlay.overlay_picture(tracked));
+  CHECK(held[1] > held[2] + 60);
+  CHECK(lost[2] > lost[1] + 60);
 }
 
 TEST_CASE("track follows a sequence and writes all that is asked for") {

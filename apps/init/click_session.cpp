@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kMostVertices = 24;    // a model of more is not asked for all
 constexpr std::size_t kSpreadVertices = 14;  // but for so many
 constexpr int kInset = 300;                  // pixels, drawing of the model
+constexpr double kPiece = 3;                 // pixels of one colour in it
 constexpr std::size_t kPairsForPose = 4;
 
 const cv::Scalar kClickedColor(60, 60, 255);
@@ -47,41 +48,70 @@ std::vector<Eigen::Vector3d> spread_out(const std::vector<Eigen::Vector3d>& poin
   return chosen;
 }
 
-/// Mean colour of a triangle's texture or vertices, BGR; grey where there is none.
-cv::Scalar triangle_color(const Mesh& mesh, std::size_t index) {
+using Weights = Eigen::Vector3d;  // of a triangle's corners
+
+/// Colour of a point of a triangle, BGR; grey where the model has none.
+cv::Scalar color_at(const Mesh& mesh, std::size_t index, const Weights& weights) {
   const auto& triangle = mesh.triangles[index];
   const std::size_t material = mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[index];
   const bool textured = !mesh.texture_coordinates.empty() && material < mesh.materials.size() &&
                         !mesh.materials[material].texture.empty();
   if (textured) {
     const Texture& texture = mesh.materials[material].texture;
-    cv::Scalar sum;
-    constexpr double weights[4][3] = {{1. / 3, 1. / 3, 1. / 3}, {.6, .2, .2}, {.2, .6, .2}, {.2, .2, .6}};
-    for (const auto& weight : weights) {
-      Eigen::Vector2d uv = Eigen::Vector2d::Zero();
-      for (std::size_t k = 0; k < 3; ++k) {
-        uv += weight[k] * mesh.texture_coordinates[triangle[k]].cast<double>();
-      }
-      const auto texel = [](double coordinate, int size) {
-        const double wrapped = coordinate - std::floor(coordinate);
-        return std::min(static_cast<int>(wrapped * size), size - 1);
-      };
-      const int column = texel(uv.x(), texture.width);
-      const int row = texel(1 - uv.y(), texture.height);
-      const std::uint8_t* rgba = &texture.rgba[4 * (static_cast<std::size_t>(row) * texture.width + column)];
-      sum += cv::Scalar(rgba[2], rgba[1], rgba[0]) / 4;
+    Eigen::Vector2d uv = Eigen::Vector2d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      uv += weights[k] * mesh.texture_coordinates[triangle[static_cast<std::size_t>(k)]].cast<double>();
     }
-    return sum;
+    const auto texel = [](double coordinate, int size) {
+      const double wrapped = coordinate - std::floor(coordinate);
+      return std::min(static_cast<int>(wrapped * size), size - 1);
+    };
+    const int column = texel(uv.x(), texture.width);
+    const int row = texel(1 - uv.y(), texture.height);
+    const std::uint8_t* rgba = &texture.rgba[4 * (static_cast<std::size_t>(row) * texture.width + column)];
+    return {double(rgba[2]), double(rgba[1]), double(rgba[0])};
   }
   if (!mesh.colors.empty()) {
     cv::Scalar sum;
-    for (const std::uint32_t vertex : triangle) {
-      const auto& rgba = mesh.colors[vertex];
-      sum += cv::Scalar(rgba[2], rgba[1], rgba[0]) / 3;
+    for (int k = 0; k < 3; ++k) {
+      const auto& rgba = mesh.colors[triangle[static_cast<std::size_t>(k)]];
+      sum += weights[k] * cv::Scalar(rgba[2], rgba[1], rgba[0]);
     }
     return sum;
   }
   return {170, 170, 170};
+}
+
+cv::Point inset_place(const Eigen::Vector3d& p_view) {
+  return {static_cast<int>(std::lround(kInset / 2.0 + p_view.x())),
+          static_cast<int>(std::lround(kInset / 2.0 - p_view.y()))};
+}
+
+/// Fills a triangle with its texture, in pieces small enough to be of one colour.
+void fill_triangle(cv::Mat& inset, const Mesh& mesh, std::size_t index, const std::array<Eigen::Vector3d, 3>& corners) {
+  const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+  const double shade = normal.norm() > 0 ? 0.45 + 0.55 * std::abs(normal.z()) / normal.norm() : 1;
+  const double longest =
+      std::max({(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
+  const int pieces = std::clamp(static_cast<int>(std::ceil(longest / kPiece)), 1, kInset);
+  const auto weights_of = [pieces](double i, double j) -> Weights {
+    return {1 - (i + j) / pieces, i / pieces, j / pieces};
+  };
+  const auto place = [&](const Weights& w) {
+    return inset_place(w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]);
+  };
+  const auto fill = [&](const Weights& a, const Weights& b, const Weights& c) {
+    const std::array<cv::Point, 3> piece{place(a), place(b), place(c)};
+    cv::fillConvexPoly(inset, piece.data(), 3, color_at(mesh, index, (a + b + c) / 3) * shade);
+  };
+  for (int i = 0; i < pieces; ++i) {
+    for (int j = 0; i + j < pieces; ++j) {
+      fill(weights_of(i, j), weights_of(i + 1, j), weights_of(i, j + 1));
+      if (i + j + 1 < pieces) {
+        fill(weights_of(i + 1, j), weights_of(i + 1, j + 1), weights_of(i, j + 1));
+      }
+    }
+  }
 }
 
 }  // namespace
@@ -103,11 +133,7 @@ ClickSession::ClickSession(const cv::Mat& frame, const Mesh& mesh, const std::op
       camera_(camera),
       enlarged_(frame),
       vertices_(vertices_to_click(mesh)),
-      clicks_(vertices_.size()) {
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    triangle_colors_.push_back(triangle_color(mesh, i));
-  }
-}
+      clicks_(vertices_.size()) {}
 
 void ClickSession::click(const Eigen::Vector2d& place) {
   if (!all_asked()) {
@@ -152,10 +178,6 @@ void ClickSession::draw_model(cv::Mat& inset) const {
   const auto view = [&](const Eigen::Vector3d& p_object) -> Eigen::Vector3d {
     return scale * (R_view_object * (p_object - center));  // x right, y up, z to the viewer
   };
-  const auto place = [](const Eigen::Vector3d& p_view) {
-    return cv::Point(static_cast<int>(std::lround(kInset / 2.0 + p_view.x())),
-                     static_cast<int>(std::lround(kInset / 2.0 - p_view.y())));
-  };
   std::vector<Eigen::Vector3d> seen;
   for (const Eigen::Vector3f& position : mesh_.positions) {
     seen.push_back(view(position.cast<double>()));
@@ -169,14 +191,11 @@ void ClickSession::draw_model(cv::Mat& inset) const {
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return height(a) < height(b); });
   for (const std::size_t i : order) {
     const auto& [a, b, c] = mesh_.triangles[i];
-    const Eigen::Vector3d normal = (seen[b] - seen[a]).cross(seen[c] - seen[a]);
-    const double shade = normal.norm() > 0 ? 0.45 + 0.55 * std::abs(normal.z()) / normal.norm() : 1;
-    const std::array<cv::Point, 3> corners{place(seen[a]), place(seen[b]), place(seen[c])};
-    cv::fillConvexPoly(inset, corners.data(), 3, triangle_colors_[i] * shade, cv::LINE_AA);
+    fill_triangle(inset, mesh_, i, {seen[a], seen[b], seen[c]});
   }
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const bool asked = i == current_;
-    const cv::Point at = place(view(vertices_[i]));
+    const cv::Point at = inset_place(view(vertices_[i]));
     cv::circle(inset, at, asked ? 7 : 3,
                asked        ? kAskedColor
                : clicks_[i] ? kClickedColor

@@ -46,7 +46,6 @@ class ClickSession {
   EnlargedFrame enlarged_;
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::optional<Eigen::Vector2d>> clicks_;  // pixels of the frame, one a vertex
-  std::vector<cv::Scalar> triangle_colors_;
   std::size_t current_ = 0;
   double yaw_ = 0.6;
   double pitch_ = 0.5;

@@ -102,8 +102,9 @@ cv::Mat procedural_picture(cv::Size size, std::uint64_t seed) {
   // order, so that large things hide small ones as often as the other way round.
   const double area = static_cast<double>(picture.cols) * picture.rows;
   const double largest = 0.32 * picture.rows;
+  const double smallest = std::max(3.0, 0.007 * picture.rows);
   std::vector<std::pair<std::uint64_t, double>> things;
-  for (double radius = largest; radius > 3.0; radius *= 0.8) {
+  for (double radius = largest; radius > smallest; radius *= 0.8) {
     const double cover = 0.55 * std::sqrt(radius / largest);
     const int count = static_cast<int>(std::ceil(cover * area / (std::numbers::pi * radius * radius)));
     for (int i = 0; i < count; ++i) things.emplace_back(random.bits(), radius * random.uniform(0.85, 1.15));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <string>
 
 #include "holdfast/error.hpp"
 #include "simulation/random.hpp"
@@ -225,6 +226,11 @@ class Polyline {
 };
 
 PoseAt sharp_motion(const Stage& stage, const MotionOptions& options, int frames, std::uint64_t seed) {
+  if (options.turns > frames - 2) {
+    throw Error(ErrorCode::invalid_argument, "motion: " + std::to_string(options.turns) + " turns do not fit into " +
+                                                 std::to_string(frames) +
+                                                 " frames; ask for fewer turns or more frames");
+  }
   Random random(seed, 0x5a49);
   const auto random_pose = [&] {
     Placement p{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), {}};

@@ -182,7 +182,10 @@ cv::Mat paint_carton(cv::Size size, std::uint64_t seed, int face) {
     return cv::Rect(cvRound(x * w), cvRound(y * h), cvRound(width * w), cvRound(height * h));
   };
   const auto paste_photo = [&](const cv::Rect& area) {
-    procedural_picture(area.size(), random.bits()).copyTo(picture(area));
+    cv::Mat photo;  // coarser than the texture, as photographs are printed
+    cv::resize(procedural_picture((area.size() + cv::Size(2, 2)) / 3, random.bits()), photo, area.size(), 0, 0,
+               cv::INTER_CUBIC);
+    photo.copyTo(picture(area));
     cv::rectangle(picture, area, cv::Scalar(250, 250, 250), std::max(2, h / 120), cv::LINE_AA);
   };
 

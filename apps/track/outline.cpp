@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 namespace holdfast::app {
@@ -12,6 +13,7 @@ namespace {
 constexpr float kSharpCosine = 0.866F;    // faces meeting at more than 30 degrees
 constexpr double kWeldTolerance = 1e-6;   // of the model's radius: vertices this near are one
 constexpr double kNearest = 1e-6;         // metres: what is nearer has no place in the picture
+constexpr double kSpeckLength = 16;       // pixels: shorter lines, all that hang together counted, are left out
 constexpr double kSampleStep = 2;         // pixels between visibility tests along a line
 constexpr double kDepthTolerance = 0.01;  // relative
 
@@ -47,6 +49,8 @@ Outline::Outline(const Mesh& mesh, const Camera& camera)
     : camera_(camera), renderer_(mesh, camera.width, camera.height) {
   collect_edges(mesh);
   p_camera_.resize(positions_.size());
+  connected_to_.resize(positions_.size());
+  connected_length_.resize(positions_.size());
   front_.resize(normals_.size());
 }
 
@@ -108,12 +112,46 @@ const std::vector<Line>& Outline::lines(const Pose& T_camera_object) {
   for (std::size_t t = 0; t < normals_.size(); ++t) {
     front_[t] = normals_[t].dot(camera_object - positions_[corner_[t]]) > 0;
   }
+  lines_vertex_.clear();
+  std::iota(connected_to_.begin(), connected_to_.end(), 0U);
   for (const Edge& edge : edges_) {
     if (is_drawn(edge)) {
       add_visible_parts(p_camera_[edge.vertices[0]], p_camera_[edge.vertices[1]]);
+      if (lines_.size() > lines_vertex_.size()) {
+        connected_to_[root_of(edge.vertices[0])] = root_of(edge.vertices[1]);
+        lines_vertex_.resize(lines_.size(), edge.vertices[0]);
+      }
     }
   }
+  drop_specks();
   return lines_;
+}
+
+std::uint32_t Outline::root_of(std::uint32_t vertex) {
+  while (connected_to_[vertex] != vertex) {
+    connected_to_[vertex] = connected_to_[connected_to_[vertex]];
+    vertex = connected_to_[vertex];
+  }
+  return vertex;
+}
+
+/// Scanned and simplified meshes have slivers whose normals mean nothing: they leave short lines that hang together
+/// with no others.
+void Outline::drop_specks() {
+  std::fill(connected_length_.begin(), connected_length_.end(), 0.0);
+  double longest = 0;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    double& length = connected_length_[root_of(lines_vertex_[i])];
+    length += (lines_[i].end - lines_[i].begin).norm();
+    longest = std::max(longest, length);
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < lines_.size(); ++i) {
+    if (connected_length_[root_of(lines_vertex_[i])] >= std::min(kSpeckLength, longest)) {
+      lines_[kept++] = lines_[i];
+    }
+  }
+  lines_.resize(kept);
 }
 
 void Outline::render_depth(const Pose& T_camera_object) {

@@ -39,6 +39,8 @@ class Outline {
   void render_depth(const Pose& T_camera_object);
   bool is_drawn(const Edge& edge) const;
   bool is_visible(const Eigen::Vector3d& p_camera) const;
+  std::uint32_t root_of(std::uint32_t vertex);
+  void drop_specks();
   void add_visible_parts(const Eigen::Vector3d& begin_camera, const Eigen::Vector3d& end_camera);
 
   Camera camera_;
@@ -55,6 +57,9 @@ class Outline {
   std::vector<Eigen::Vector3d> p_camera_;
   std::vector<bool> front_;  // a triangle: faces the camera
   std::vector<Line> lines_;
+  std::vector<std::uint32_t> lines_vertex_;  // a line: a vertex of its edge
+  std::vector<std::uint32_t> connected_to_;  // a vertex: another that it hangs together with by lines, or itself
+  std::vector<double> connected_length_;     // a vertex that others lead to: pixels of line
 };
 
 }  // namespace holdfast::app

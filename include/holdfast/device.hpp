@@ -29,7 +29,7 @@ struct DeviceInfo {
 
 /// How kernels divide their work (results agree within the tolerance in docs/architecture.md).
 enum class Partition {
-  automatic,  ///< strips on CPU devices, groups elsewhere
+  automatic,  ///< strips on CPU devices that have vector registers, groups elsewhere
   strips,     ///< one work-item a tile, wide explicit vectors, private sums
   groups,     ///< one work-group a tile, a local-memory tree
 };

@@ -90,6 +90,9 @@ Header parse_header(const std::string& bytes, const fs::path& path) {
     } else if (keyword == "element") {
       Element element;
       words >> element.name >> element.count;
+      if (!words || element.count > bytes.size()) {  // each takes a byte at least
+        fail(path, fmt::format("its header's '{}' is not possible in {} bytes", line, bytes.size()));
+      }
       header.elements.push_back(element);
     } else if (keyword == "property" && !header.elements.empty()) {
       Property property;
@@ -103,7 +106,7 @@ Header parse_header(const std::string& bytes, const fs::path& path) {
       words >> property.name;
       header.elements.back().properties.push_back(property);
     } else if (keyword == "end_header") {
-      header.size = static_cast<std::size_t>(lines.tellg());
+      header.size = lines.eof() ? bytes.size() : static_cast<std::size_t>(lines.tellg());
       return header;
     }
   }

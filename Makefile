@@ -1,0 +1,53 @@
+# make            builds the library and the program, Release: build/release/apps/holdfast
+# make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
+# make test       installs what is missing, then format check, build with warnings as errors, all tests
+# make install    installs below PREFIX (/usr/local)
+# make deps       installs what is missing (cmake/packages.txt); make format, make clean
+JOBS ?= $(shell nproc)
+PREFIX ?= /usr/local
+OUT ?= out/demo
+CMAKE_FLAGS ?=
+CTEST_FLAGS ?=
+
+release := build/release
+tested := build/test
+
+.PHONY: all deps demo test install format check-format clean
+
+all:
+	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
+	cmake --build $(release) --parallel $(JOBS)
+
+deps:
+	@sh cmake/install-deps.sh
+
+demo:
+	@sh cmake/install-deps.sh build
+	@$(MAKE) --no-print-directory all
+	@sh apps/demo/run_demo.sh $(release)/apps/holdfast $(OUT)
+
+# Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.
+test: export HOLDFAST_CACHE_DIR := $(CURDIR)/$(tested)/kernels
+test: export POCL_CACHE_DIR := $(CURDIR)/$(tested)/pocl
+test: deps
+	sh cmake/check-format.sh
+	cmake -S . -B $(tested) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_WARNINGS_AS_ERRORS=ON -DHOLDFAST_SECOND_OPENCL=ON $(CMAKE_FLAGS)
+	cmake --build $(tested) --parallel $(JOBS)
+	mkdir -p $(tested)/pocl
+	$(tested)/apps/holdfast devices
+	cd $(tested) && ctest --output-on-failure --no-tests=error --parallel $(JOBS) $(CTEST_FLAGS)
+	@sh tests/count.sh $(tested)/Testing/Temporary/LastTest.log
+
+# Builds only where nothing is built yet, so that `sudo make install` leaves no files of root in the build folder.
+install:
+	@test -x $(release)/apps/holdfast || $(MAKE) --no-print-directory all
+	cmake --install $(release) --prefix $(PREFIX)
+
+format:
+	sh cmake/check-format.sh --fix
+
+check-format:
+	sh cmake/check-format.sh
+
+clean:
+	rm -rf $(release) $(tested)

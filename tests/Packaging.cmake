@@ -1,0 +1,21 @@
+# Holdfast as strangers meet it: its public headers alone, and installed, with find_package and with pkg-config.
+find_package(Eigen3 REQUIRED NO_MODULE)
+find_program(SHELL_PROGRAM sh REQUIRED)
+get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+list(GET eigen_folders 0 eigen_folder)
+add_test(NAME public_headers COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/public_headers.sh
+  ${PROJECT_SOURCE_DIR}/include ${CMAKE_CXX_COMPILER} ${eigen_folder})
+
+set(installed ${CMAKE_CURRENT_BINARY_DIR}/installed)
+set(consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer)
+add_test(NAME install COMMAND ${CMAKE_COMMAND} --install ${PROJECT_BINARY_DIR} --prefix ${installed})
+set_tests_properties(install PROPERTIES FIXTURES_SETUP installed)
+add_test(NAME installed_program COMMAND ${installed}/${CMAKE_INSTALL_BINDIR}/holdfast devices)
+add_test(NAME consumer_cmake COMMAND ${SHELL_PROGRAM} ${consumer}/with_cmake.sh
+  ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_cmake ${CMAKE_CXX_COMPILER})
+add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_config.sh
+  ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_pkg_config ${CMAKE_CXX_COMPILER})
+set_tests_properties(installed_program consumer_cmake consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
+add_test(NAME consumer_shared COMMAND ${SHELL_PROGRAM} ${consumer}/shared.sh
+  ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR}/shared ${CMAKE_CXX_COMPILER})
+set_tests_properties(consumer_shared PROPERTIES TIMEOUT 900 PROCESSORS 2)

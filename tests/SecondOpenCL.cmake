@@ -1,0 +1,27 @@
+# The kernel suites once more on other OpenCL implementations than the default one. Oclgrind interprets each work-item
+# and also fails on accesses out of bounds, data races and wrong API calls; rusticl compiles for the CPU by another way.
+if(NOT HOLDFAST_SECOND_OPENCL)
+  return()
+endif()
+
+find_program(OCLGRIND oclgrind REQUIRED)
+set(kernel_suites test_device)
+foreach(source ${test_sources})
+  get_filename_component(name ${source} NAME_WE)
+  if(name MATCHES "^test_kernels")
+    list(APPEND kernel_suites ${name})
+  endif()
+endforeach()
+
+# Oclgrind's findings, each of which starts a line, fail a test; its exit code is the tested program's.
+set(oclgrind_findings "(Invalid (read|write)|Uninitialized value|data race|Work-group divergence|OCLGRIND (FATAL )?ERROR|Oclgrind: )")
+foreach(suite ${kernel_suites})
+  add_test(NAME ${suite}_oclgrind COMMAND ${OCLGRIND} --check-api --data-races --uninitialized $<TARGET_FILE:${suite}>)
+  set_tests_properties(${suite}_oclgrind PROPERTIES
+    ENVIRONMENT "HOLDFAST_DEVICE=oclgrind;HOLDFAST_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/cache_oclgrind"
+    FAIL_REGULAR_EXPRESSION "${oclgrind_findings}" LABELS second_opencl TIMEOUT 600)
+  add_test(NAME ${suite}_rusticl COMMAND ${suite})
+  set_tests_properties(${suite}_rusticl PROPERTIES
+    ENVIRONMENT "RUSTICL_ENABLE=llvmpipe;HOLDFAST_DEVICE=rusticl;HOLDFAST_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/cache_rusticl"
+    LABELS second_opencl TIMEOUT 600)
+endforeach()

@@ -1,0 +1,53 @@
+#include "support/run_program.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include "support/files.hpp"
+
+namespace holdfast::test {
+namespace {
+
+[[noreturn]] void become(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                         const std::filesystem::path& folder, const std::map<std::string, std::string>& environment,
+                         const std::filesystem::path& out, const std::filesystem::path& err) {
+  constexpr int not_started = 127;
+  for (const auto& [name, value] : environment) {
+    value.empty() ? unsetenv(name.c_str()) : setenv(name.c_str(), value.c_str(), 1);
+  }
+  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+  dup2(open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDOUT_FILENO);
+  dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), STDERR_FILENO);
+  std::vector<char*> words{const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) {
+    words.push_back(const_cast<char*>(argument.c_str()));
+  }
+  words.push_back(nullptr);
+  if (chdir(folder.c_str()) == 0) {
+    execv(program.c_str(), words.data());
+  }
+  _exit(not_started);
+}
+
+}  // namespace
+
+ProgramRun run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                       const std::filesystem::path& folder, const std::map<std::string, std::string>& environment) {
+  const TemporaryFolder streams;
+  const pid_t child = fork();
+  if (child == 0) {
+    become(program, arguments, folder, environment, streams / "out", streams / "err");
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) != child) {
+    throw std::runtime_error("cannot run " + program.string());
+  }
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(streams / "out"),
+          read_file(streams / "err")};
+}
+
+}  // namespace holdfast::test

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace holdfast::test {
+
+struct ProgramRun {
+  int exit_code = -1;  ///< 128 and the signal's number when a signal ended it
+  std::string out;     ///< what it wrote to stdout
+  std::string err;     ///< and to stderr
+};
+
+/// Runs a program with `arguments` in `folder`; `environment` is set on top of this process's own (an empty value
+/// removes a variable).
+ProgramRun run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                       const std::filesystem::path& folder, const std::map<std::string, std::string>& environment = {});
+
+}  // namespace holdfast::test

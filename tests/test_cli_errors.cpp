@@ -1,0 +1,318 @@
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "exit_codes.hpp"
+#include "holdfast/io.hpp"
+#include "simulation/sequence.hpp"
+#include "simulation/textured_box.hpp"
+#include "support/files.hpp"
+#include "support/run_program.hpp"
+
+namespace fs = std::filesystem;
+using namespace holdfast;
+using namespace holdfast::app;
+using holdfast::test::ProgramRun;
+using holdfast::test::read_file;
+using holdfast::test::run_program;
+using holdfast::test::TemporaryFolder;
+
+namespace {
+
+using Arguments = std::vector<std::string>;
+using Environment = std::map<std::string, std::string>;
+
+Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
+
+/// What `holdfast track` and `init` need, made once; names are relative to the folder that the program runs in.
+class Inputs {
+ public:
+  Inputs() {
+    const Mesh box = simulation::textured_box();
+    simulation::SequenceOptions options;
+    options.camera = Camera{320, 240, 325, 325, 159.5, 119.5, {}};
+    options.frames = 3;
+    options.samples = 1;
+    options.motion.speed = 2;
+    const simulation::Sequence sequence(box, options);
+    fs::create_directory(folder_ / "frames");
+    for (int i = 0; i < options.frames; ++i) {
+      cv::imwrite((folder_ / ("frames/" + std::to_string(i) + ".png")).string(), sequence.frame(i));
+    }
+    io::save_model(folder_ / "box.obj", box);
+    io::save_camera(folder_ / "camera.yml", options.camera);
+    io::save_pose(folder_ / "first.txt", sequence.pose(0));
+    std::string pairs;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d corner(i & 1 ? 0.1 : -0.1, i & 2 ? 0.075 : -0.075, i & 4 ? 0.04 : -0.04);
+      const Eigen::Vector2d pixel = options.camera.project(sequence.pose(0) * corner);
+      for (const double value : {corner.x(), corner.y(), corner.z(), pixel.x()}) {
+        pairs += std::to_string(value) + ",";
+      }
+      pairs += std::to_string(pixel.y()) + "\n";
+    }
+    folder_.write("pairs.csv", pairs);
+  }
+
+  const TemporaryFolder& folder() const { return folder_; }
+
+  ProgramRun run(const Arguments& arguments, const Environment& environment = {}) const {
+    return run_program(HOLDFAST_PROGRAM, arguments, folder_.path(), environment);
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+const Inputs& inputs() {
+  static const Inputs made;
+  return made;
+}
+
+void write(const std::string& name, const std::string& text) { inputs().folder().write(name, text); }
+
+/// `track` with everything in order but for what `changes` replaces or adds.
+Arguments track(const Environment& changes, const std::string& input = "frames") {
+  Environment options{{"--model", "box.obj"}, {"--camera", "camera.yml"}, {"--init", "first.txt"}};
+  for (const auto& [name, value] : changes) {
+    options[name] = value;
+  }
+  Arguments arguments{"track", input, "--quiet"};
+  for (const auto& [name, value] : options) {
+    arguments.push_back(name);
+    if (!value.empty()) {
+      arguments.push_back(value);
+    }
+  }
+  return arguments;
+}
+
+Arguments init(const Environment& changes) {
+  Environment options{{"--points", "pairs.csv"}, {"--camera", "camera.yml"}};
+  for (const auto& [name, value] : changes) {
+    options[name] = value;
+  }
+  Arguments arguments{"init"};
+  for (const auto& [name, value] : options) {
+    if (value != "(none)") {
+      arguments.push_back(name);
+      if (!value.empty()) {
+        arguments.push_back(value);
+      }
+    }
+  }
+  return arguments;
+}
+
+/// The exit code, and one line on stderr that says all of `words`.
+void check_fails(int exit_code, const Arguments& arguments, const std::vector<std::string>& words,
+                 const Environment& environment = {}) {
+  const ProgramRun run = inputs().run(arguments, environment);
+  std::string command;
+  for (const std::string& argument : arguments) {
+    command += argument + " ";
+  }
+  CAPTURE(command);
+  CAPTURE(run.err);
+  CHECK(run.exit_code == exit_code);
+  CHECK(run.err.starts_with("holdfast: error: "));
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  CHECK(run.err.ends_with("\n"));
+  CHECK(run.err.find("unexpected") == std::string::npos);
+  for (const std::string& word : words) {
+    CAPTURE(word);
+    CHECK(run.err.find(word) != std::string::npos);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("A run with everything in order says nothing on stderr") {
+  const ProgramRun run = inputs().run(track({{"--poses", "fine.csv"}}));
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.empty());
+  const std::string poses = read_file(inputs().folder() / "fine.csv");
+  CHECK(std::count(poses.begin(), poses.end(), '\n') == 4);  // heading and three frames
+
+  const ProgramRun found = inputs().run(init({{"--pose", "found.txt"}}));
+  CAPTURE(found.err);
+  CHECK(found.exit_code == kOk);
+  CHECK(found.err.empty());
+  CHECK(found.out.find("rms") != std::string::npos);
+  CHECK((io::load_pose(inputs().folder() / "found.txt").matrix() -
+         io::load_pose(inputs().folder() / "first.txt").matrix())
+            .norm() < 1e-4);
+}
+
+TEST_CASE("Help and version go to stdout") {
+  for (const Arguments& arguments : {Arguments{"--help"}, Arguments{"--version"}, Arguments{"track", "--help"},
+                                     Arguments{"init", "--help"}, Arguments{"devices", "--help"}}) {
+    const ProgramRun run = inputs().run(arguments);
+    CHECK(run.exit_code == kOk);
+    CHECK(run.err.empty());
+    CHECK(run.out.size() > 5);
+  }
+  CHECK(inputs().run({"--help"}).out.find("Exit codes") != std::string::npos);
+}
+
+TEST_CASE("Wrong options") {
+  check_fails(kUsage, {}, {"subcommand", "--help"});
+  check_fails(kUsage, {"follow", "frames"}, {"no command 'follow'", "--help"});
+  check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
+  check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});
+  check_fails(kUsage, track({{"--mode", "fast"}}), {"--mode", "fast", "default|paper"});
+  check_fails(kUsage, track({{"--blur-sigma", "-1"}}), {"blur_sigma"});
+  check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no-such-option"});
+  check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});
+  check_fails(kUsage, track({{"--stride", "0"}}), {"stride"});
+  check_fails(kUsage, init({{"--click", ""}}), {"--points", "--click"});
+  check_fails(kUsage, init({{"--estimate-focal", ""}}), {"--camera", "--estimate-focal"});
+  check_fails(kUsage, init({{"--camera", "(none)"}, {"--estimate-focal", ""}}), {"--image"});
+  check_fails(kUsage, init({{"--points", "(none)"}, {"--click", ""}}), {"--image", "--model"});
+  check_fails(kUsage,
+              init({{"--points", "(none)"}, {"--click", ""}, {"--image", "frames/0.png"}, {"--model", "box.obj"}}),
+              {"display"}, {{"DISPLAY", ""}, {"WAYLAND_DISPLAY", ""}});
+  check_fails(kUsage, init({{"--pose", "pairs.csv"}}), {"pairs.csv", "is an input"});
+  check_fails(kUsage, init({{"--camera-out", "c.txt"}}), {"c.txt", ".yml"});
+}
+
+TEST_CASE("Configuration files") {
+  write("good.toml", "stop = 2\nposes = \"config.csv\"\n[bake]\nnothing = 1\n[track]\nmode = \"paper\"\n");
+  const ProgramRun run = inputs().run(track({{"--config", "good.toml"}}));
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  const std::string poses = read_file(inputs().folder() / "config.csv");
+  CHECK(std::count(poses.begin(), poses.end(), '\n') == 3);
+  check_fails(kUsage, track({{"--config", "none.toml"}}), {"none.toml"});
+  write("bad.toml", "colour = \"green\"\n");
+  check_fails(kUsage, track({{"--config", "bad.toml"}}), {"colour"});
+  write("range.toml", "levels = 99\n");
+  check_fails(kUsage, track({{"--config", "range.toml"}}), {"levels"});
+}
+
+TEST_CASE("Models") {
+  check_fails(kInput, track({{"--model", "none.obj"}}), {"none.obj", "does not exist"});
+  check_fails(kInput, track({{"--model", "frames"}}), {"frames", "folder"});
+  check_fails(kInput, track({{"--model", "first.txt"}}), {"first.txt", "not supported"});
+  write("broken.gltf", "{\"asset\":");
+  check_fails(kInput, track({{"--model", "broken.gltf"}}), {"broken.gltf", "cannot be read"});
+  write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  check_fails(kInput, track({{"--model", "points.obj"}}), {"points.obj", "no triangles"});
+  write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+  check_fails(kInput, track({{"--model", "nan.obj"}}), {"nan.obj", "NaN"});
+  write("plain.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n");
+  check_fails(kInput, track({{"--model", "plain.obj"}}), {"neither texture nor vertex colours", "holdfast bake"});
+  write("lost.mtl", "newmtl m\nmap_Kd gone.png\n");
+  write("lost.obj",
+        "mtllib lost.mtl\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n");
+  check_fails(kInput, track({{"--model", "lost.obj"}}), {"lost.obj", "gone.png", "does not exist"});
+}
+
+TEST_CASE("Cameras") {
+  check_fails(kInput, track({{"--camera", "none.yml"}}), {"none.yml", "does not exist"});
+  write("bad.yml", "camera_matrix: [1, 2");
+  check_fails(kInput, track({{"--camera", "bad.yml"}}), {"bad.yml", "YAML"});
+  write("fisheye.yml",
+        "image_width: 320\nimage_height: 240\ncamera_matrix: [325,0,160,0,325,120,0,0,1]\n"
+        "distortion_model: equidistant\ndistortion_coefficients: [0,0,0,0]\n");
+  check_fails(kInput, track({{"--camera", "fisheye.yml"}}), {"fisheye.yml", "equidistant", "not supported"});
+  write("large.yml", "image_width: 640\nimage_height: 480\ncamera_matrix: [650,0,319.5,0,650,239.5,0,0,1]\n");
+  check_fails(kInput, track({{"--camera", "large.yml"}}), {"640x480", "320x240", "--rescale-camera"});
+  CHECK(inputs().run(track({{"--camera", "large.yml"}, {"--rescale-camera", ""}, {"--require-held", ""}})).exit_code ==
+        kOk);
+}
+
+TEST_CASE("Poses") {
+  check_fails(kInput, track({{"--init", "none.txt"}}), {"none.txt", "does not exist"});
+  write("words.txt", "here be a pose\n");
+  check_fails(kInput, track({{"--init", "words.txt"}}), {"words.txt", "line 1", "'here'"});
+  write("twice.txt", "2 0 0 0 0 2 0 0 0 0 2 1\n");
+  check_fails(kInput, track({{"--init", "twice.txt"}}), {"twice.txt", "rotation"});
+  io::save_pose(inputs().folder() / "behind.txt", at(0, 0, -0.8));
+  check_fails(kInput, track({{"--init", "behind.txt"}}), {"behind"});
+  io::save_pose(inputs().folder() / "aside.txt", at(5, 0, 0.8));
+  check_fails(kInput, track({{"--init", "aside.txt"}}), {"out of"});
+}
+
+TEST_CASE("Point pairs") {
+  check_fails(kInput, init({{"--points", "none.csv"}}), {"none.csv", "do not exist"});
+  write("columns.csv", "0,0,0,1\n");
+  check_fails(kInput, init({{"--points", "columns.csv"}}), {"columns.csv", "line 1", "4 columns"});
+  write("line.csv", "0,0,0,10,10\n.1,0,0,20,10\n.2,0,0,30,10\n.3,0,0,40,10\n");
+  check_fails(kInput, init({{"--points", "line.csv"}}), {"one line"});
+  write("three.csv", "0,0,0,10,10\n.1,0,0,20,10\n.2,.1,0,30,10\n");
+  check_fails(kInput, init({{"--points", "three.csv"}}), {"3 different points"});
+  write("four.csv", "0,0,0,10,10\n.1,0,0,20,10\n.2,.1,0,30,20\n.1,.1,.1,20,30\n");
+  check_fails(kInput,
+              init({{"--points", "four.csv"}, {"--camera", "(none)"}, {"--estimate-focal", ""}, {"--image", "frames"}}),
+              {"4 different points", "6 or more"});
+  check_fails(kUsage, init({{"--image", "frames"}, {"--frame", "7"}}), {"--frame 7", "frames"});
+}
+
+TEST_CASE("Videos and images") {
+  check_fails(kInput, track({}, "none.mp4"), {"none.mp4"});
+  write("text.mp4", "this is no video");
+  check_fails(kInput, track({}, "text.mp4"), {"text.mp4"});
+  fs::create_directory(inputs().folder() / "empty");
+  check_fails(kInput, track({}, "empty"), {"empty"});
+  fs::create_directory(inputs().folder() / "changing");
+  for (int i = 0; i < 3; ++i) {
+    const fs::path name = std::to_string(i) + ".png";
+    const cv::Mat frame = cv::imread((inputs().folder() / "frames" / name).string());
+    cv::imwrite((inputs().folder() / "changing" / name).string(), i < 2 ? frame : cv::Mat(frame.t()));
+  }
+  check_fails(kInput, track({{"--poses", "so_far.csv"}}, "changing"), {"240x320", "320x240"});
+  const std::string poses = read_file(inputs().folder() / "so_far.csv");
+  CHECK(std::count(poses.begin(), poses.end(), '\n') == 3);
+}
+
+TEST_CASE("No device, no renderer") {
+  check_fails(kNoDevice, track({}), {"no OpenCL device", "pocl-opencl-icd"}, {{"OCL_ICD_VENDORS", "/nonexistent"}});
+  // A platform without devices.
+  check_fails(kNoDevice, track({}), {"no OpenCL device"},
+              {{"OCL_ICD_VENDORS", "/etc/OpenCL/vendors/pocl.icd"}, {"POCL_DEVICES", "none"}});
+  check_fails(kNoDevice, track({{"--device", "abacus"}}), {"abacus", "there is"});
+  check_fails(kNoDevice, track({}), {"abacus", "HOLDFAST_DEVICE"}, {{"HOLDFAST_DEVICE", "abacus"}});
+  check_fails(kNoDevice, {"devices"}, {"no OpenCL device"}, {{"OCL_ICD_VENDORS", "/nonexistent"}});
+  fs::create_directory(inputs().folder() / "libraries");
+  for (const char* name : {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8"}) {
+    write(std::string("libraries/") + name, "no library");
+  }
+  const Environment broken{{"LD_LIBRARY_PATH", (inputs().folder() / "libraries").string()}};
+  check_fails(kNoDevice, track({}), {"OSMesa", "libosmesa6"}, broken);
+  check_fails(kNoDevice, {"devices"}, {"OSMesa", "libosmesa6"}, broken);
+}
+
+TEST_CASE("Results that cannot be written") {
+  check_fails(kOutput, track({{"--poses", "no/such/poses.csv"}}), {"no/such/poses.csv"});
+  check_fails(kOutput, track({{"--poses", "/dev/full"}}), {"/dev/full", "space"});
+  check_fails(kOutput, init({{"--pose", "no/such/pose.txt"}}), {"no/such/pose.txt"});
+  check_fails(kOutput, init({{"--json", "/dev/full"}}), {"/dev/full", "space"});
+  check_fails(kOutput, init({{"--picture", "check.nothing"}, {"--image", "frames/0.png"}}), {"check.nothing", ".png"});
+}
+
+TEST_CASE("A cache folder that cannot be written costs nothing but time") {
+  const ProgramRun run = inputs().run(track({{"--cache-folder", "/proc/no/such"}}));
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.empty());
+}
+
+TEST_CASE("An object that is lost is a failure only where it is asked for") {
+  fs::create_directory(inputs().folder() / "noise");
+  cv::theRNG().state = 1;
+  for (int i = 0; i < 3; ++i) {
+    cv::Mat noise(240, 320, CV_8UC3);
+    cv::randu(noise, 0, 255);
+    cv::imwrite((inputs().folder() / "noise" / (std::to_string(i) + ".png")).string(), noise);
+  }
+  CHECK(inputs().run(track({}, "noise")).exit_code == kOk);
+  CHECK(inputs().run(track({{"--require-held", ""}}, "noise")).exit_code == kLost);
+}

@@ -1,0 +1,98 @@
+#include <doctest/doctest.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "common_options.hpp"
+#include "config_file.hpp"
+#include "support/files.hpp"
+
+using namespace holdfast;
+using namespace holdfast::app;
+using holdfast::test::error_of;
+using holdfast::test::TemporaryFolder;
+
+namespace {
+
+TrackerOptions parsed(std::vector<std::string> arguments) {
+  CLI::App app;
+  enable_config_file(app);
+  CLI::App* command = app.add_subcommand("track", "");
+  TrackerArguments tracker;
+  tracker.add_to(*command);
+  add_config_option(*command);
+  arguments.insert(arguments.begin(), "track");
+  std::reverse(arguments.begin(), arguments.end());
+  app.parse(arguments);
+  return tracker.options();
+}
+
+}  // namespace
+
+TEST_CASE("Without options a mode's own values stand") {
+  const TrackerOptions standard = parsed({});
+  CHECK(standard.mode == Mode::standard);
+  CHECK(standard.iterations == TrackerOptions().iterations);
+  CHECK(standard.occlusion.block_vote == TrackerOptions().occlusion.block_vote);
+  const TrackerOptions paper = parsed({"--mode", "paper"});
+  const TrackerOptions wanted = TrackerOptions::paper();
+  CHECK(paper.mode == Mode::paper);
+  CHECK(paper.levels == wanted.levels);
+  CHECK(paper.robust_weights == wanted.robust_weights);
+  CHECK(paper.occlusion.difference_relative == wanted.occlusion.difference_relative);
+}
+
+TEST_CASE("An option changes its field in either mode, and no other") {
+  for (const char* mode : {"default", "paper"}) {
+    CAPTURE(mode);
+    const TrackerOptions base = parsed({"--mode", mode});
+    const TrackerOptions changed = parsed({"--mode", mode, "--blur-sigma", "1.75", "--no-angle-test", "--all-channels",
+                                           "--silhouette-margin", "1", "--angle-maximum", "0.3"});
+    CHECK(changed.blur_sigma == 1.75);
+    CHECK_FALSE(changed.occlusion.angle_test);
+    CHECK(changed.occlusion.all_channels);
+    CHECK(changed.silhouette_margin == 1);
+    CHECK(changed.occlusion.angle_maximum == 0.3);
+    CHECK(changed.levels == base.levels);
+    CHECK(changed.occlusion.gradient_test == base.occlusion.gradient_test);
+    CHECK(changed.photometric == base.photometric);
+  }
+  // A flag says what it says, whatever the mode's own value.
+  CHECK(parsed({"--mode", "paper", "--robust-weights"}).robust_weights);
+  CHECK_FALSE(parsed({"--no-robust-weights"}).robust_weights);
+}
+
+TEST_CASE("Configuration files: bare keys, sections, underscores; the command line wins") {
+  const TemporaryFolder folder;
+  const std::string file = folder
+                               .write("c.ini",
+                                      "; comment\nmode = paper\nblur_sigma = 1.5\nblock-vote = true\n[track]\n"
+                                      "levels = 2\n[simulate]\nlevels = 7\nunheard-of = 1\n")
+                               .string();
+  const TrackerOptions read = parsed({"--config", file});
+  CHECK(read.mode == Mode::paper);
+  CHECK(read.blur_sigma == 1.5);
+  CHECK(read.occlusion.block_vote);
+  CHECK(read.levels == 2);
+  CHECK(parsed({"--config", file, "--levels", "3"}).levels == 3);
+  const std::string negative = folder.write("n.toml", "photometric = false\n").string();
+  CHECK_FALSE(parsed({"--config", negative}).photometric);
+  CHECK_THROWS_AS(parsed({"--config", folder.write("u.toml", "unheard-of = 1\n").string()}), CLI::ParseError);
+  CHECK_THROWS_AS(parsed({"--config", (folder / "none.toml").string()}), CLI::ParseError);
+}
+
+TEST_CASE("Values out of range name the field") {
+  CHECK(error_of([] { parsed({"--levels", "0"}); }).says(ErrorCode::invalid_argument, {"levels"}));
+  CHECK(error_of([] { parsed({"--angle-maximum", "-1"}); }).says(ErrorCode::invalid_argument, {"angle_maximum"}));
+}
+
+TEST_CASE("File names with blanks are taken whole") {
+  CLI::App app;
+  ModelArguments model;
+  model.add_to(app);
+  std::vector<std::string> arguments{"my model.obj", "--model"};
+  app.parse(arguments);
+  CHECK(model.path == "my model.obj");
+}
