@@ -1,7 +1,6 @@
 #include "baking/model_completion.hpp"
 
 #include <algorithm>
-#include <opencv2/imgproc.hpp>
 #include <vector>
 
 #include "baking/unwrap.hpp"
@@ -10,11 +9,8 @@
 namespace holdfast::baking {
 namespace {
 
-/// Pixels on each side over which the tracker's decisions about pixels are weighed.
-constexpr int kNeighborhood = 10;
-constexpr double kRejectedShare = 0.6;
-/// Of the neighbourhood, pixels with a decision, at least.
-constexpr double kLeastDecided = 0.05;
+/// A texel that another look was averaged into changed this much less than one that is new.
+constexpr double kAveragedNews = 0.1;
 
 /// Pixels a metre of surface that faces the camera where the object is nearest.
 double camera_resolution(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object) {
@@ -85,41 +81,25 @@ bool ModelCompletion::is_trustworthy(const FrameResult& result) const {
 }
 
 bool ModelCompletion::update(Tracker& tracker, const cv::Mat& frame, const FrameResult& result) {
-  if (frames_++ % options_.every != 0 || !is_trustworthy(result)) {
+  const std::int64_t number = frames_++;
+  const bool opening = number < options_.opening_frames;
+  if ((!opening && number % options_.every != 0) || !is_trustworthy(result)) {
     return false;
   }
-  const double before = baker_.coverage();
   const FrameUse use =
-      baker_.add_frame(frame, result.T_camera_object, PoseSource::tracked, occluded_pixels(tracker.pixel_mask()));
+      baker_.add_frame(frame, result.T_camera_object, opening ? PoseSource::opening : PoseSource::tracked);
   if (!use.taken) {
     return false;
   }
   ++frames_taken_;
-  news_ += baker_.coverage() - before;
-  if (news_ >= options_.least_news) {
+  news_ += static_cast<double>(use.new_texels + use.replaced) + kAveragedNews * static_cast<double>(use.averaged);
+  if (news_ >= options_.least_news * static_cast<double>(baker_.surface_texels())) {
     for (std::size_t m = 0; m < baker_.material_count(); ++m) {
       tracker.set_texture(m, baker_.texture(m, false));
     }
     news_ = 0;
   }
   return true;
-}
-
-cv::Mat occluded_pixels(const PixelMask& mask) {
-  cv::Mat rejected(mask.height, mask.width, CV_32F);
-  cv::Mat decided(mask.height, mask.width, CV_32F);
-  for (std::size_t i = 0; i < mask.classes.size(); ++i) {
-    const auto decision = static_cast<PixelClass>(mask.classes[i]);
-    const bool used = decision == PixelClass::used;
-    const bool fits_not = decision == PixelClass::rejected_angle || decision == PixelClass::rejected_magnitude ||
-                          decision == PixelClass::rejected_vote;
-    rejected.ptr<float>()[i] = fits_not ? 1.0F : 0.0F;
-    decided.ptr<float>()[i] = used || fits_not ? 1.0F : 0.0F;
-  }
-  const cv::Size window(2 * kNeighborhood + 1, 2 * kNeighborhood + 1);
-  cv::blur(rejected, rejected, window);
-  cv::blur(decided, decided, window);
-  return (rejected > kRejectedShare * decided) & (decided > kLeastDecided);
 }
 
 }  // namespace holdfast::baking

@@ -28,11 +28,12 @@ TextureBaker make_baker(const Mesh& mesh, const Camera& camera, const Pose& T_ca
 struct CompletionOptions {
   BakeOptions bake;
   TextureOptions textures;
-  int every = 2;                    ///< frames from one that is looked at to the next
-  double least_correlation = 0.75;  ///< of rendered view and frame
-  double least_used_share = 0.4;    ///< of the gradient pixels
-  double largest_residual = 0.06;   ///< intensity in [0, 1]
-  double least_news = 0.002;        ///< share of the surface that must be new before the tracker gets a new texture
+  int opening_frames = 20;          ///< after the first one, that even out the noise of what it gave
+  int every = 2;                    ///< after these, frames from one that is looked at to the next
+  double least_correlation = 0.85;  ///< of rendered view and frame
+  double least_used_share = 0.15;   ///< of the gradient pixels
+  double largest_residual = 0.04;   ///< intensity in [0, 1]
+  double least_news = 0.002;        ///< share of the surface that must have changed before the tracker gets it
 };
 
 /// A model that gains texture while it is tracked: what turns into view joins what is known. Build a tracker from
@@ -64,10 +65,7 @@ class ModelCompletion {
   double first_coverage_ = 0;
   std::int64_t frames_ = 0;
   std::int64_t frames_taken_ = 0;
-  double news_ = 0;  // share of the surface that the tracker's texture lacks
+  double news_ = 0;  // texels that the tracker's texture lacks
 };
-
-/// CV_8U, not 0 where most of what the tracker could compare round a pixel did not fit: something is in front.
-cv::Mat occluded_pixels(const PixelMask& mask);
 
 }  // namespace holdfast::baking

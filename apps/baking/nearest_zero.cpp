@@ -5,7 +5,7 @@
 
 namespace holdfast::baking {
 
-std::vector<std::uint32_t> nearest_zero(const cv::Mat& mask) {
+std::vector<std::uint32_t> nearest_zero(const cv::Mat& mask, float reach) {
   const auto count = static_cast<std::uint32_t>(mask.total());
   if (cv::countNonZero(mask) == static_cast<int>(count)) {
     return {};
@@ -23,7 +23,7 @@ std::vector<std::uint32_t> nearest_zero(const cv::Mat& mask) {
   }
   std::vector<std::uint32_t> nearest(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    nearest[i] = pixel_of_label[label[i]];
+    nearest[i] = distance.ptr<float>()[i] <= reach ? pixel_of_label[label[i]] : i;
   }
   return nearest;
 }

@@ -1,45 +1,30 @@
 #include "baking/photometric_match.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace holdfast::baking {
 namespace {
 
 constexpr std::size_t kFewestPairs = 100;
 constexpr int kIterations = 6;
-constexpr double kLeastGain = 0.4, kMostGain = 2.5;
-/// A bias is told from a gain only where the texture's colours spread this much, levels.
-constexpr double kLeastSpread = 12;
+constexpr float kLeastGain = 0.4F, kMostGain = 2.5F;
+/// Known before any pair, with the weight of this share of them: gain 1, no shading, no bias, give or take these. What
+/// the pairs do not tell apart (the bias from the gain on one colour, the shading where all face one way) stays there.
+constexpr double kPriorShare = 0.01;
+constexpr double kNoise = 10, kGainDeviation = 0.3, kBiasDeviation = 10;
 
-struct Line {
-  double gain = 1;
-  double bias = 0;
-};
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
-/// Weighted least squares; the weights are Cauchy's of the residuals to the line before.
-Line refit(const std::vector<ColorPair>& pairs, std::size_t channel, const Line& before, double scale) {
-  double w = 0, t = 0, f = 0, tt = 0, tf = 0;
-  for (const ColorPair& pair : pairs) {
-    const double x = pair.texture[channel];
-    const double y = pair.frame[channel];
-    const double residual = (y - before.gain * x - before.bias) / scale;
-    const double weight = 1 / (1 + residual * residual);
-    w += weight;
-    t += weight * x;
-    f += weight * y;
-    tt += weight * x * x;
-    tf += weight * x * y;
-  }
-  const double variance = tt / w - t / w * (t / w);
-  Line line;
-  if (variance > kLeastSpread * kLeastSpread) {
-    line.gain = std::clamp((tf / w - t / w * (f / w)) / variance, kLeastGain, kMostGain);
-    line.bias = f / w - line.gain * t / w;
-  } else {
-    line.gain = t > 0 ? std::clamp(f / t, kLeastGain, kMostGain) : 1.0;
-  }
-  return line;
+/// Unknowns: gain, shading (3), bias.
+Vector5 row_of(const ColorPair& pair, std::size_t channel) {
+  const double t = pair.texture[channel];
+  Vector5 row;
+  row << t, t * pair.normal.cast<double>(), 1;
+  return row;
 }
 
 double median_difference(const std::vector<ColorPair>& pairs, std::size_t channel) {
@@ -53,41 +38,53 @@ double median_difference(const std::vector<ColorPair>& pairs, std::size_t channe
   return *middle;
 }
 
+/// Least squares with Cauchy's weights of the residuals to the solution before.
+Vector5 refit(const std::vector<ColorPair>& pairs, std::size_t channel, const Vector5& before, double scale) {
+  Vector5 deviation;
+  deviation << kGainDeviation, kGainDeviation, kGainDeviation, kGainDeviation, kBiasDeviation;
+  const Vector5 precision =
+      kPriorShare * static_cast<double>(pairs.size()) * kNoise * kNoise * deviation.array().square().inverse().matrix();
+  Matrix5 A = precision.asDiagonal();
+  Vector5 h = precision.cwiseProduct(Vector5::Unit(0));
+  for (const ColorPair& pair : pairs) {
+    const Vector5 row = row_of(pair, channel);
+    const double y = pair.frame[channel];
+    const double residual = (y - row.dot(before)) / scale;
+    const double weight = 1 / (1 + residual * residual);
+    A.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+    h += weight * y * row;
+  }
+  return A.selfadjointView<Eigen::Lower>().ldlt().solve(h);
+}
+
 }  // namespace
 
-std::array<float, 3> PhotometricMatch::to_texture(const std::array<float, 3>& frame) const {
-  std::array<float, 3> texture{};
+ColorF PhotometricMatch::to_texture(const ColorF& frame, const Eigen::Vector3f& normal) const {
+  ColorF texture{};
   for (std::size_t c = 0; c < 3; ++c) {
-    texture[c] = std::clamp((frame[c] - bias[c]) / gain[c], 0.0F, 255.0F);
+    const Channel& channel = channels[c];
+    const float gain = std::clamp(channel.gain + channel.shading.dot(normal), kLeastGain, kMostGain);
+    texture[c] = std::clamp((frame[c] - channel.bias) / gain, 0.0F, 255.0F);
   }
   return texture;
 }
 
-PhotometricMatch match_photometry(const std::vector<ColorPair>& pairs, float tolerance) {
+PhotometricMatch match_photometry(const std::vector<ColorPair>& pairs, double tolerance) {
   PhotometricMatch match;
-  match.pairs = pairs.size();
   if (pairs.size() < kFewestPairs) {
     return match;
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    Line line{1, median_difference(pairs, c)};
-    double scale = 4.0 * tolerance;
+    Vector5 unknowns;
+    unknowns << 1, 0, 0, 0, median_difference(pairs, c);
+    double scale = 4 * tolerance;
     for (int i = 0; i < kIterations; ++i) {
-      line = refit(pairs, c, line, scale);
-      scale = std::max<double>(0.5 * tolerance, 0.6 * scale);
+      unknowns = refit(pairs, c, unknowns, scale);
+      scale = std::max(0.5 * tolerance, 0.6 * scale);
     }
-    match.gain[c] = static_cast<float>(line.gain);
-    match.bias[c] = static_cast<float>(line.bias);
+    match.channels[c] = {static_cast<float>(unknowns[0]), unknowns.segment<3>(1).cast<float>(),
+                         static_cast<float>(unknowns[4])};
   }
-  std::size_t agreeing = 0;
-  for (const ColorPair& pair : pairs) {
-    float difference = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      difference += std::abs(pair.frame[c] - match.gain[c] * pair.texture[c] - match.bias[c]);
-    }
-    agreeing += difference <= 3 * tolerance ? 1 : 0;
-  }
-  match.agreement = static_cast<float>(agreeing) / static_cast<float>(pairs.size());
   return match;
 }
 

@@ -1,29 +1,35 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <vector>
 
 namespace holdfast::baking {
 
-/// The same surface point in the texture and in a frame, BGR.
+using ColorF = std::array<float, 3>;  ///< BGR, levels of 255
+
+/// The same surface point in the texture and in a frame.
 struct ColorPair {
-  std::array<float, 3> texture;
-  std::array<float, 3> frame;
+  ColorF texture;
+  ColorF frame;
+  Eigen::Vector3f normal;  ///< of the surface, object frame, unit length
 };
 
-/// frame = gain * texture + bias, a channel; levels of 255.
+/// frame = gain(normal) * texture + bias, a channel: exposure and white balance change the gain of all surfaces alike,
+/// turning in the light changes it linearly in the normal (Lambert, one far light).
 struct PhotometricMatch {
-  std::array<float, 3> gain{1, 1, 1};
-  std::array<float, 3> bias{0, 0, 0};
-  float agreement = 1;  ///< share of the pairs that the match explains to within `tolerance`
-  std::size_t pairs = 0;
+  struct Channel {
+    float gain = 1;
+    Eigen::Vector3f shading = Eigen::Vector3f::Zero();
+    float bias = 0;
+  };
+  std::array<Channel, 3> channels;
 
   /// What the texture would show where the frame shows this colour.
-  std::array<float, 3> to_texture(const std::array<float, 3>& frame) const;
+  ColorF to_texture(const ColorF& frame, const Eigen::Vector3f& normal) const;
 };
 
-/// Robust fit; without enough pairs nothing is changed. `tolerance`: levels, the mean over the channels.
-PhotometricMatch match_photometry(const std::vector<ColorPair>& pairs, float tolerance);
+/// Robust fit: pairs that differ by much more than `tolerance` (levels) do not count. Identity without enough pairs.
+PhotometricMatch match_photometry(const std::vector<ColorPair>& pairs, double tolerance);
 
 }  // namespace holdfast::baking

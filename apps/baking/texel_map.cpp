@@ -18,6 +18,9 @@ constexpr float kRounding = 1e-3F;
 /// Texel centres this close to an edge (as a share of the triangle's height) belong to both triangles.
 constexpr double kEdge = 1e-6;
 
+/// Texels beyond the surface that filtering may meet, down to the mipmap level of 16.
+constexpr float kPaddingReach = 16;
+
 std::uint32_t material_of(const Mesh& mesh, std::size_t t) {
   return mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[t];
 }
@@ -85,7 +88,7 @@ void add_padding(TexelMap& map, const std::vector<std::uint8_t>& taken, std::siz
   for (std::int64_t i = 0; i < static_cast<std::int64_t>(size.width) * size.height; ++i) {
     off_surface.data[i] = taken[first + static_cast<std::size_t>(i)] != 0 ? 0 : 255;
   }
-  const std::vector<std::uint32_t> nearest = nearest_zero(off_surface);
+  const std::vector<std::uint32_t> nearest = nearest_zero(off_surface, kPaddingReach);
   for (std::uint32_t i = 0; i < nearest.size(); ++i) {
     if (nearest[i] != i) {
       map.padding.push_back({first + i, first + nearest[i]});

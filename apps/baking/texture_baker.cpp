@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <string>
 
 #include "baking/frame_pyramid.hpp"
@@ -15,23 +16,22 @@ namespace {
 
 /// Of the texels that are known, one in so many is compared with the frame.
 constexpr std::uint32_t kComparedShare = 5;
+/// Cells of the frame in which what is known is compared with it, pixels a side, and how much of it there must be.
+constexpr int kCell = 8;
+constexpr float kLeastCompared = 4;
+/// More pairs of colours than that make a photometric match no better.
+constexpr std::size_t kMostPairs = 3000;
 /// Alpha of a texture from which on a texel counts as known.
 constexpr std::uint8_t kKnownAlpha = 250;
-/// A given pose's view replaces another one's only when it is this much better: no patchwork of nearly equal views.
-constexpr float kBetterGivenView = 1.1F;
+/// A given pose's view replaces another one's when it is this much better: no patchwork of nearly equal views.
+constexpr float kBetterGivenView = 1.25F;
+/// Views down to this share of a texel's score are averaged with it.
+constexpr float kAsGood = 0.8F;
 /// Candidates wait for this many frames at most.
 constexpr std::size_t kMostViews = 512;
 
-std::array<std::uint8_t, 3> rounded(const std::array<float, 3>& color) {
-  std::array<std::uint8_t, 3> result{};
-  for (std::size_t c = 0; c < 3; ++c) {
-    result[c] = static_cast<std::uint8_t>(std::lround(std::clamp(color[c], 0.0F, 255.0F)));
-  }
-  return result;
-}
-
 /// Mean over the channels.
-float difference(const std::array<float, 3>& a, const std::array<std::uint8_t, 3>& b) {
+float difference(const ColorF& a, const ColorF& b) {
   return (std::abs(a[0] - b[0]) + std::abs(a[1] - b[1]) + std::abs(a[2] - b[2])) / 3;
 }
 
@@ -52,7 +52,7 @@ void fill_unknown(Texture& texture) {
   for (std::size_t i = 0; i < unknown.total(); ++i) {
     unknown.data[i] = texture.rgba[4 * i + 3] == 0 ? 255 : 0;
   }
-  const std::vector<std::uint32_t> nearest = nearest_zero(unknown);
+  const std::vector<std::uint32_t> nearest = nearest_zero(unknown, std::numeric_limits<float>::max());
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     std::copy_n(texture.rgba.data() + 4 * static_cast<std::size_t>(nearest[i]), 3, texture.rgba.data() + 4 * i);
   }
@@ -68,8 +68,9 @@ TextureBaker::TextureBaker(const Mesh& mesh, const std::vector<cv::Size>& sizes,
       topology_(topology_of(mesh_)),
       map_(map_texels(mesh_, sizes)),
       visible_(mesh_, camera) {
-  colors_.assign(map_.count(), Color{});
+  colors_.assign(map_.count(), ColorF{});
   states_.assign(map_.count(), State::unknown);
+  looks_.assign(map_.count(), 0);
   scores_.assign(map_.count(), 0);
   views_.assign(map_.count(), 0);
   for (std::size_t t = 0; t + 1 < map_.triangles.size(); ++t) {
@@ -95,7 +96,8 @@ void TextureBaker::keep_known(const Mesh& mesh) {
     for (std::uint32_t i = 0; i < map_.first[m + 1] - map_.first[m]; ++i) {
       const std::uint8_t* rgba = texture.rgba.data() + 4 * static_cast<std::size_t>(i);
       if (rgba[3] >= kKnownAlpha) {
-        colors_[map_.first[m] + i] = {rgba[2], rgba[1], rgba[0]};
+        colors_[map_.first[m] + i] = {static_cast<float>(rgba[2]), static_cast<float>(rgba[1]),
+                                      static_cast<float>(rgba[0])};
         states_[map_.first[m] + i] = State::given;
         // What is there already was made for this: no view is better.
         scores_[map_.first[m] + i] = std::numeric_limits<float>::max();
@@ -109,8 +111,7 @@ void TextureBaker::keep_known(const Mesh& mesh) {
   }
 }
 
-FrameUse TextureBaker::add_frame(const cv::Mat& bgr, const Pose& T_camera_object, PoseSource source,
-                                 const cv::Mat& occluded) {
+FrameUse TextureBaker::add_frame(const cv::Mat& bgr, const Pose& T_camera_object, PoseSource source) {
   if (bgr.type() != CV_8UC3 || bgr.cols != camera_.width || bgr.rows != camera_.height) {
     throw Error(ErrorCode::image, "baking: the frame has " + std::to_string(bgr.cols) + "x" + std::to_string(bgr.rows) +
                                       " pixels, the camera " + std::to_string(camera_.width) + "x" +
@@ -124,23 +125,24 @@ FrameUse TextureBaker::add_frame(const cv::Mat& bgr, const Pose& T_camera_object
     return use;
   }
   use.sharpness = measure_sharpness(bgr);
-  if (source == PoseSource::tracked && use.sharpness < options_.least_sharpness) {
+  if (source != PoseSource::given && use.sharpness < options_.least_sharpness) {
     use.reason = "blurred";
     return use;
   }
-  collect(bgr, T_camera_object, source, use.sharpness, occluded);
+  collect(bgr, T_camera_object, source, use.sharpness);
   use.photometry = match();
-  if (source == PoseSource::tracked && use.photometry.agreement < options_.least_agreement) {
+  const Comparison comparison = compare(use.photometry);
+  use.agreement = comparison.agreement;
+  if (source != PoseSource::given && use.agreement < options_.least_agreement) {
     use.reason = "differs from what is known";
     return use;
   }
   use.taken = true;
-  const std::uint16_t view = source == PoseSource::tracked ? add_view(T_camera_object) : std::uint16_t{0};
+  const std::uint16_t view = source == PoseSource::given ? std::uint16_t{0} : add_view(T_camera_object);
   for (const Sighting& sighting : sightings_) {
-    if (source == PoseSource::given) {
-      take_given(sighting, use.photometry, use);
-    } else {
-      take_tracked(sighting, use.photometry, view, use);
+    const bool differs = comparison.differing.at<std::uint8_t>(sighting.cell_y, sighting.cell_x) != 0;
+    if (source == PoseSource::given || !differs) {
+      take(sighting, matched_color(sighting, use.photometry), source, view, use);
     }
   }
   return use;
@@ -156,22 +158,24 @@ double TextureBaker::measure_sharpness(const cv::Mat& bgr) {
   return std::min(relative, 1.0);
 }
 
-bool TextureBaker::is_wanted(std::uint32_t texel, float score, PoseSource source) const {
-  switch (states_[texel]) {
-    case State::given:
-      return source == PoseSource::given && score > kBetterGivenView * scores_[texel];
-    case State::tracked:
-      return source == PoseSource::given || static_cast<double>(score) > options_.better_view * scores_[texel];
-    case State::unknown:
-    case State::candidate:
-      return true;
+bool TextureBaker::is_better(std::uint32_t texel, float score, PoseSource source) const {
+  if (source == PoseSource::given) {
+    return states_[texel] != State::given || score > kBetterGivenView * scores_[texel];
   }
-  return false;
+  return states_[texel] != State::given && static_cast<double>(score) > options_.better_view * scores_[texel];
+}
+
+bool TextureBaker::is_as_good(std::uint32_t texel, float score, PoseSource source) const {
+  const bool open = states_[texel] != State::given || source != PoseSource::tracked;
+  return open && looks_[texel] < options_.looks && score >= kAsGood * scores_[texel];
+}
+
+bool TextureBaker::is_wanted(std::uint32_t texel, float score, PoseSource source) const {
+  return states_[texel] < State::tracked || is_better(texel, score, source) || is_as_good(texel, score, source);
 }
 
 /// Looks up every texel that the frame shows and that is wanted or compared.
-void TextureBaker::collect(const cv::Mat& bgr, const Pose& T_camera_object, PoseSource source, double sharpness,
-                           const cv::Mat& occluded) {
+void TextureBaker::collect(const cv::Mat& bgr, const Pose& T_camera_object, PoseSource source, double sharpness) {
   sightings_.clear();
   FramePyramid frame(bgr);
   const bool distorted = camera_.has_distortion();
@@ -197,7 +201,7 @@ void TextureBaker::collect(const cv::Mat& bgr, const Pose& T_camera_object, Pose
     const float texel_side = std::sqrt(map_.area[t]);
     for (std::uint32_t i = map_.triangles[t]; i < map_.triangles[t + 1]; ++i) {
       const std::uint32_t texel = map_.surface[i].texel;
-      const bool compared = states_[texel] >= State::tracked && texel % kComparedShare == 0;
+      const bool compared = is_compared(texel);
       if (!compared && !is_wanted(texel, std::numeric_limits<float>::infinity(), source)) {
         continue;
       }
@@ -218,9 +222,6 @@ void TextureBaker::collect(const cv::Mat& bgr, const Pose& T_camera_object, Pose
       if (!compared && !is_wanted(texel, score, source)) {
         continue;
       }
-      if (!occluded.empty() && occluded.at<std::uint8_t>(static_cast<int>(v + 0.5F), static_cast<int>(u + 0.5F)) != 0) {
-        continue;
-      }
       Eigen::Vector2f pixel(u, v);
       if (distorted) {
         pixel = camera_.distort(pixel.cast<double>()).cast<float>();
@@ -229,71 +230,118 @@ void TextureBaker::collect(const cv::Mat& bgr, const Pose& T_camera_object, Pose
           continue;
         }
       }
-      sightings_.push_back(
-          {texel, map_.area[t], score, frame.sample(pixel.x(), pixel.y(), texel_side * f / p_camera.z())});
+      sightings_.push_back({texel, static_cast<std::uint32_t>(t), score, static_cast<std::uint16_t>(u / kCell),
+                            static_cast<std::uint16_t>(v / kCell),
+                            frame.sample(pixel.x(), pixel.y(), texel_side * f / p_camera.z())});
     }
   }
+}
+
+bool TextureBaker::is_compared(std::uint32_t texel) const {
+  return states_[texel] >= State::tracked && texel % kComparedShare == 0;
 }
 
 PhotometricMatch TextureBaker::match() const {
   std::vector<ColorPair> pairs;
   for (const Sighting& sighting : sightings_) {
-    if (states_[sighting.texel] >= State::tracked && sighting.texel % kComparedShare == 0) {
-      const Color& color = colors_[sighting.texel];
-      pairs.push_back(
-          {{static_cast<float>(color[0]), static_cast<float>(color[1]), static_cast<float>(color[2])}, sighting.color});
+    if (is_compared(sighting.texel)) {
+      pairs.push_back({colors_[sighting.texel], sighting.color, topology_.normals[sighting.triangle].cast<float>()});
     }
   }
-  return match_photometry(pairs, static_cast<float>(options_.tolerance));
+  if (pairs.size() > kMostPairs) {
+    const std::size_t step = pairs.size() / kMostPairs + 1;
+    for (std::size_t i = 0; i * step < pairs.size(); ++i) {
+      pairs[i] = pairs[i * step];
+    }
+    pairs.resize((pairs.size() - 1) / step + 1);
+  }
+  return match_photometry(pairs, options_.tolerance);
 }
 
-void TextureBaker::set_known(const Sighting& sighting, const Color& color, State state, FrameUse& use) {
+/// The colours of a cell are compared in the mean, which an error of the pose by a pixel or two does not change much.
+TextureBaker::Comparison TextureBaker::compare(const PhotometricMatch& match) const {
+  const cv::Size size(camera_.width / kCell + 1, camera_.height / kCell + 1);
+  cv::Mat sums = cv::Mat::zeros(size, CV_32FC4);
+  for (const Sighting& sighting : sightings_) {
+    if (!is_compared(sighting.texel)) {
+      continue;
+    }
+    const ColorF shown = matched_color(sighting, match);
+    auto& sum = sums.at<cv::Vec4f>(sighting.cell_y, sighting.cell_x);
+    for (int c = 0; c < 3; ++c) {
+      sum[c] += shown[static_cast<std::size_t>(c)] - colors_[sighting.texel][static_cast<std::size_t>(c)];
+    }
+    sum[3] += 1;
+  }
+  Comparison comparison;
+  comparison.differing = cv::Mat::zeros(size, CV_8U);
+  int compared = 0;
+  int differing = 0;
+  const auto allowed = static_cast<float>(3 * options_.tolerance);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const auto& sum = sums.at<cv::Vec4f>(y, x);
+      if (sum[3] < kLeastCompared) {
+        continue;
+      }
+      ++compared;
+      if (std::abs(sum[0]) + std::abs(sum[1]) + std::abs(sum[2]) > allowed * sum[3]) {
+        ++differing;
+        comparison.differing.at<std::uint8_t>(y, x) = 255;
+      }
+    }
+  }
+  cv::dilate(comparison.differing, comparison.differing, cv::Mat());
+  comparison.agreement = compared > 0 ? 1 - static_cast<double>(differing) / compared : 1;
+  return comparison;
+}
+
+void TextureBaker::learn(const Sighting& sighting, const ColorF& color, State state, FrameUse& use) {
   if (states_[sighting.texel] < State::tracked) {
-    known_area_ += static_cast<double>(sighting.area);
+    known_area_ += static_cast<double>(map_.area[sighting.triangle]);
     ++use.new_texels;
   } else {
     ++use.replaced;
   }
   colors_[sighting.texel] = color;
   states_[sighting.texel] = state;
+  looks_[sighting.texel] = 1;
   scores_[sighting.texel] = sighting.score;
 }
 
-void TextureBaker::take_given(const Sighting& sighting, const PhotometricMatch& match, FrameUse& use) {
-  if (is_wanted(sighting.texel, sighting.score, PoseSource::given)) {
-    set_known(sighting, rounded(match.to_texture(sighting.color)), State::given, use);
-  }
-}
-
-void TextureBaker::take_tracked(const Sighting& sighting, const PhotometricMatch& match, std::uint16_t view,
-                                FrameUse& use) {
+void TextureBaker::take(const Sighting& sighting, const ColorF& color, PoseSource source, std::uint16_t view,
+                        FrameUse& use) {
   const std::uint32_t texel = sighting.texel;
-  if (!is_wanted(texel, sighting.score, PoseSource::tracked)) {
+  const bool alike = static_cast<double>(difference(color, colors_[texel])) <= options_.tolerance;
+  if (states_[texel] >= State::tracked) {
+    if (is_better(texel, sighting.score, source)) {
+      learn(sighting, color, source == PoseSource::given ? State::given : State::tracked, use);
+    } else if (alike && is_as_good(texel, sighting.score, source)) {
+      const float share = 1.0F / static_cast<float>(++looks_[texel]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        colors_[texel][c] += share * (color[c] - colors_[texel][c]);
+      }
+      ++use.averaged;
+    }
     return;
   }
-  const std::array<float, 3> color = match.to_texture(sighting.color);
-  switch (states_[texel]) {
-    case State::given:
-      return;
-    case State::tracked:
-      set_known(sighting, rounded(color), State::tracked, use);
-      return;
-    case State::candidate:
-      if (!view_confirms_[views_[texel]]) {
-        return;
-      }
-      if (static_cast<double>(difference(color, colors_[texel])) <= options_.tolerance) {
-        const bool better = sighting.score > scores_[texel];
-        Sighting confirmed = sighting;
-        confirmed.score = std::max(sighting.score, scores_[texel]);
-        set_known(confirmed, better ? rounded(color) : colors_[texel], State::tracked, use);
-        return;
-      }
-      break;
-    case State::unknown:
-      break;
+  if (source == PoseSource::given) {
+    learn(sighting, color, State::given, use);
+    return;
   }
-  colors_[texel] = rounded(color);
+  if (states_[texel] == State::candidate) {
+    if (!view_confirms_[views_[texel]]) {
+      return;
+    }
+    if (alike) {
+      const bool better = sighting.score > scores_[texel];
+      Sighting best = sighting;
+      best.score = std::max(sighting.score, scores_[texel]);
+      learn(best, better ? color : ColorF(colors_[texel]), State::tracked, use);
+      return;
+    }
+  }
+  colors_[texel] = color;
   states_[texel] = State::candidate;
   scores_[texel] = sighting.score;
   views_[texel] = view;
@@ -341,11 +389,10 @@ Texture TextureBaker::texture(std::size_t material, bool fill) const {
   texture.rgba.assign(4 * static_cast<std::size_t>(size.area()), 0);
   const auto put = [&](std::uint32_t texel, std::uint32_t source) {
     if (states_[source] >= State::tracked) {
-      const Color& color = colors_[source];
       std::uint8_t* rgba = texture.rgba.data() + 4 * static_cast<std::size_t>(texel - first);
-      rgba[0] = color[2];
-      rgba[1] = color[1];
-      rgba[2] = color[0];
+      for (std::size_t c = 0; c < 3; ++c) {  // BGR to RGB
+        rgba[c] = static_cast<std::uint8_t>(colors_[source][2 - c] + 0.5F);
+      }
       rgba[3] = 255;
     }
   };
