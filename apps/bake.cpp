@@ -138,9 +138,7 @@ void BakeCommand::check_arguments() const {
   if (!init.path.empty() && inputs.size() > 1) {
     refuse("several inputs need --poses, with a pose for each; --init is for one video or one image");
   }
-  if (out.extension() != ".obj") {
-    refuse(fmt::format("--out '{}': models are written as OBJ, give a name ending in .obj", out.string()));
-  }
+  require_model_name(out);
   std::error_code failed;
   if (fs::equivalent(out, model.path, failed)) {
     refuse(fmt::format("--out '{}' is the model itself and would be overwritten: give another name", out.string()));
