@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdint>
 #include <cstdlib>
 #include <initializer_list>
+#include <new>
 #include <optional>
 
 #include "device_impl.hpp"
@@ -165,9 +167,26 @@ void build_program(Device::Impl& impl, const DeviceOptions& options) {
 }  // namespace
 
 cl::Buffer Device::Impl::zeroed_buffer(std::size_t bytes) const {
-  cl::Buffer buffer(context, CL_MEM_READ_WRITE, bytes);
-  queue.enqueueFillBuffer(buffer, cl_uchar{0}, 0, bytes);
-  return buffer;
+  if (info.type != "cpu") {
+    cl::Buffer buffer(context, CL_MEM_READ_WRITE, bytes);
+    queue.enqueueFillBuffer(buffer, cl_uchar{0}, 0, bytes);
+    return buffer;
+  }
+  // On a CPU device the buffer lies in memory that the system hands out as zero, a page at a time, when it is touched:
+  // what the object never covers costs nothing.
+  constexpr std::size_t alignment = 4096;
+  void* memory = std::calloc(bytes + alignment, 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  const auto address = reinterpret_cast<std::uintptr_t>(memory);
+  void* const aligned = static_cast<char*>(memory) + (alignment - address % alignment);
+  try {
+    cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, aligned);
+    buffer.setDestructorCallback([](cl_mem, void* start) { std::free(start); }, memory);
+    return buffer;
+  } catch (...) {
+    std::free(memory);
+    throw;
+  }
 }
 
 void Device::Impl::enqueue_rows(const cl::Kernel& kernel, int width, int height) const {

@@ -54,7 +54,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
-Mesh validated(const Mesh& mesh) {
+const Mesh& validated(const Mesh& mesh) {
   mesh.validate();
   if (!mesh.has_appearance()) {
     throw Error(ErrorCode::model,
@@ -64,12 +64,12 @@ Mesh validated(const Mesh& mesh) {
   return mesh;
 }
 
-Camera validated(const Camera& camera) {
+const Camera& validated(const Camera& camera) {
   camera.validate();
   return camera;
 }
 
-TrackerOptions validated(const TrackerOptions& options) {
+const TrackerOptions& validated(const TrackerOptions& options) {
   options.validate();
   return options;
 }

@@ -13,10 +13,12 @@ foreach(source ${test_sources})
   endif()
 endforeach()
 
-# Oclgrind's findings, each of which starts a line, fail a test; its exit code is the tested program's.
-set(oclgrind_findings "(Invalid (read|write)|Uninitialized value|data race|Work-group divergence|OCLGRIND (FATAL )?ERROR|Oclgrind: )")
+# What Oclgrind finds fails a test: its exit code is the tested program's. Without --uninitialized: it does not know that
+# clEnqueueFillBuffer initialises.
+set(oclgrind_findings "Invalid (read|write|memory) |data race at|divergence detected|error detected|OCLGRIND")
 foreach(suite ${kernel_suites})
-  add_test(NAME ${suite}_oclgrind COMMAND ${OCLGRIND} --check-api --data-races --uninitialized $<TARGET_FILE:${suite}>)
+  add_test(NAME ${suite}_oclgrind COMMAND ${OCLGRIND} --check-api --data-races $<TARGET_FILE:${suite}>
+    "--test-case-exclude=*640x480*")  # interpreted: large images would take minutes
   set_tests_properties(${suite}_oclgrind PROPERTIES
     ENVIRONMENT "HOLDFAST_DEVICE=oclgrind;HOLDFAST_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/cache_oclgrind"
     FAIL_REGULAR_EXPRESSION "${oclgrind_findings}" LABELS second_opencl TIMEOUT 600)
