@@ -2,11 +2,13 @@
 # run_demo.sh PROGRAM FOLDER: tracks the hand-held cardboard box of OpenCV's tutorial video, from nothing but the box's
 # size and six of its corners marked in the first frame. All results go to FOLDER. The video comes out of Debian's
 # package opencv-doc (it is kept in FOLDER); without it a sequence that Holdfast renders itself is tracked instead.
+# Fails when the box is lost in any frame, or is not where its corners were marked by hand.
 set -eu
 program=$1
 folder=$2
 here=$(dirname "$0")
 mkdir -p "$folder"
+failed=0
 video=$folder/box.mp4
 
 # Fetches and unpacks in a folder of its own, so that neither the package nor half a video stays behind. Says why not.
@@ -48,7 +50,9 @@ track_box() {
   echo "== 3 of 3: the box through the whole video"
   "$program" track "$video" --model "$folder/box_textured.obj" --camera "$folder/camera.yml" \
     --init "$folder/pose.txt" --poses "$folder/poses.csv" --overlay "$folder/overlay.mp4" \
-    --contact-sheet "$folder/contact_sheet.png"
+    --contact-sheet "$folder/contact_sheet.png" --require-held || failed=$?
+  awk -f "$here/corner_distances.awk" "$folder/camera.yml" "$here/../../tests/data/box_real_corners.csv" \
+    "$folder/poses.csv" || failed=1
 }
 
 track_rendered() {
@@ -61,7 +65,7 @@ track_rendered() {
   echo "== 2 of 2: the box through all its frames"
   "$program" track "$sequence/frames" --model "$sequence/model/model.obj" --camera "$sequence/K.txt" \
     --init "$folder/pose.txt" --poses "$folder/poses.csv" --overlay "$folder/overlay.mp4" \
-    --contact-sheet "$folder/contact_sheet.png"
+    --contact-sheet "$folder/contact_sheet.png" --require-held || failed=$?
 }
 
 if [ ! -s "$video" ]; then
@@ -75,6 +79,10 @@ else
 fi
 
 echo
-echo "Poses, a row a frame:       $folder/poses.csv"
+echo "Poses, a row a frame:        $folder/poses.csv"
 echo "The video with what is held: $folder/overlay.mp4"
 echo "Some of its frames at once:  $folder/contact_sheet.png"
+if [ "$failed" -ne 0 ]; then
+  echo "The box was not held as it should be: see above." >&2
+fi
+exit "$failed"
