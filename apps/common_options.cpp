@@ -6,6 +6,7 @@
 #include <string>
 #include <type_traits>
 
+#include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "messages.hpp"
 
@@ -197,6 +198,13 @@ TrackerOptions TrackerArguments::options() const {
   }
   options.validate();
   return options;
+}
+
+void require_model_name(const std::filesystem::path& path) {
+  if (path.extension() != ".obj") {
+    throw Error(ErrorCode::invalid_argument,
+                "'" + path.string() + "' cannot be written: models are written as OBJ, give a name ending in .obj");
+  }
 }
 
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,

@@ -76,6 +76,9 @@ class TrackerArguments {
   std::vector<std::function<void(TrackerOptions&)>> overrides_;  // each copies one field if its option was given
 };
 
+/// Throws Error(invalid_argument) for the name of a model to write that does not end in .obj.
+void require_model_name(const std::filesystem::path& path);
+
 /// Prints a warning when the object's size is implausible, alone or at this pose.
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object = std::nullopt,
                       const std::optional<Camera>& camera = std::nullopt);

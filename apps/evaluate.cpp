@@ -12,6 +12,7 @@
 #include "common_options.hpp"
 #include "config_file.hpp"
 #include "evaluation/holdfast_run.hpp"
+#include "evaluation/marked_points.hpp"
 #include "evaluation/model_choice.hpp"
 #include "evaluation/model_points.hpp"
 #include "evaluation/plots.hpp"
@@ -46,6 +47,8 @@ struct EvaluateArguments {
   fs::path poses;
   fs::path truth;
   bool partial = false;
+  fs::path marks;
+  fs::path camera;
 
   fs::path csv;
   fs::path json;
@@ -102,6 +105,15 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->type_name("FILE")
       ->group(comparing);
   app.add_flag("--partial", partial, "The table may hold fewer frames than the sequence")->group(comparing);
+
+  const std::string marking = "Comparing poses with marked points";
+  app.add_option("--marks", marks,
+                 "Points marked by hand, lines frame,x,y,z,u,v: how far --poses puts them from there, with --camera")
+      ->type_name("FILE")
+      ->group(marking);
+  app.add_option("--camera", camera, "Camera of the frames that the points were marked in")
+      ->type_name("FILE")
+      ->group(marking);
 
   const std::string output = "Output";
   app.add_option("--csv", csv, "Every frame: truth, estimate, errors, counts, times")->type_name("FILE")->group(output);
@@ -280,6 +292,15 @@ void evaluate_poses(const EvaluateArguments& arguments) {
   report(arguments, provenance, {evaluation});
 }
 
+void evaluate_marks(const EvaluateArguments& arguments) {
+  if (arguments.poses.empty() || arguments.camera.empty()) {
+    throw Error(ErrorCode::invalid_argument, "--marks needs --poses and --camera");
+  }
+  const std::vector<MarkedPoint> marks = load_marked_points(arguments.marks);
+  const EstimatedPoses poses = load_estimated_poses(arguments.poses);
+  fmt::print("{}", mark_table(mark_distances(marks, poses, io::load_camera(arguments.camera))));
+}
+
 }  // namespace
 }  // namespace holdfast::app
 
@@ -292,7 +313,9 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   arguments->add_to(*command);
   app::add_config_option(*command);
   command->callback([arguments, &exit_code] {
-    if (arguments->poses.empty()) {
+    if (!arguments->marks.empty()) {
+      app::evaluate_marks(*arguments);
+    } else if (arguments->poses.empty()) {
       app::evaluate_tracker(*arguments);
     } else {
       app::evaluate_poses(*arguments);

@@ -77,6 +77,7 @@ int main(int argc, char** argv) {
   int exit_code = kOk;
   holdfast::add_track_command(app, exit_code);
   holdfast::add_init_command(app, exit_code);
+  holdfast::add_bake_command(app, exit_code);
   holdfast::add_devices_command(app, exit_code);
   holdfast::add_simulate_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);

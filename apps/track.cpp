@@ -9,7 +9,10 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
+#include "baking/model_completion.hpp"
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
@@ -19,6 +22,7 @@
 #include "holdfast/tracker.hpp"
 #include "messages.hpp"
 #include "track/interruption.hpp"
+#include "track/output_file.hpp"
 #include "track/pipeline.hpp"
 #include "track/progress.hpp"
 #include "track/run_files.hpp"
@@ -44,6 +48,7 @@ struct TrackCommand {
   std::int64_t stride = 1;
   double frame_rate = 0;
   OutputPaths outputs;
+  fs::path completed_model;
   bool require_held = false;
   bool quiet = false;
 
@@ -52,6 +57,7 @@ struct TrackCommand {
 
  private:
   FrameSourceOptions source_options() const;
+  std::vector<fs::path> written_files() const;
   void require_separate_files() const;
   std::string run_json(const Tracker& used) const;
 };
@@ -95,6 +101,12 @@ void TrackCommand::add_to(CLI::App& command) {
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--contact-frames", outputs.contact_frames, "How many [20]")->type_name("N")->group(output_group);
+  command
+      .add_option("--complete-model", completed_model,
+                  "Model (.obj) with the texture that the frames add where the given one has none; a model without any "
+                  "texture begins with what the first frame shows")
+      ->type_name("FILE")
+      ->group(output_group);
   command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
   command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
 
@@ -115,9 +127,17 @@ FrameSourceOptions TrackCommand::source_options() const {
   return options;
 }
 
+std::vector<fs::path> TrackCommand::written_files() const {
+  std::vector<fs::path> files = outputs.given();
+  if (!completed_model.empty()) {
+    files.push_back(completed_model);
+  }
+  return files;
+}
+
 /// Results must not overwrite one another, nor what they are made from.
 void TrackCommand::require_separate_files() const {
-  const std::vector<fs::path> written = outputs.given();
+  const std::vector<fs::path> written = written_files();
   for (std::size_t i = 0; i < written.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       if (fs::weakly_canonical(written[i]) == fs::weakly_canonical(written[j]) && !fs::is_character_file(written[i])) {
@@ -166,11 +186,24 @@ int TrackCommand::run() const {
   const Interruption interruption;
   const TrackerOptions options = tracker.options();
   require_separate_files();
+  if (!completed_model.empty()) {
+    require_model_name(completed_model);
+    require_writable(completed_model);
+  }
   FrameSource source(input, source_options());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   Mesh mesh = model.load();
   const Pose T_camera_object = init.load();
   warn_about_units(mesh, T_camera_object, calibrated);
+  std::optional<Frame> first_frame;
+  std::optional<baking::ModelCompletion> completion;
+  if (!completed_model.empty()) {
+    baking::CompletionOptions completing;
+    completing.textures.keep = true;
+    source.next(first_frame.emplace());
+    completion.emplace(mesh, calibrated, first_frame->image, T_camera_object, completing);
+    mesh = completion->model();
+  }
   Tracker follower(mesh, calibrated, options, device.open());
   follower.reset(T_camera_object);
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
@@ -182,12 +215,22 @@ int TrackCommand::run() const {
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
   parts.live = source.live();
-  parts.next = [&](Frame& frame) { return source.next(frame); };
+  parts.next = [&](Frame& frame) {
+    if (first_frame) {
+      std::swap(frame, *first_frame);
+      first_frame.reset();
+      return true;
+    }
+    return source.next(frame);
+  };
   parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
   parts.track = [&](TrackedFrame& tracked) {
     tracked.result = follower.track(view_of(tracked.frame.image));
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
+    }
+    if (completion) {
+      completion->update(follower, tracked.frame.image, tracked.result);
     }
   };
   parts.write = [&](TrackedFrame& tracked) {
@@ -205,12 +248,19 @@ int TrackCommand::run() const {
   std::exception_ptr failure = report.failure;
   try {
     files.finish(summary);
+    if (completion) {
+      io::save_model(completed_model, completion->model());
+    }
   } catch (...) {
     failure = failure ? failure : std::current_exception();
   }
   if (!quiet) {
     fmt::print("{}", summary_text(summary));
-    for (const fs::path& path : outputs.given()) {
+    if (completion) {
+      fmt::print("  model    {:.1f} % of the surface known ({:.1f} % at the start), texture from {} frames\n",
+                 100 * completion->coverage(), 100 * completion->first_coverage(), completion->frames_taken());
+    }
+    for (const fs::path& path : written_files()) {
       fmt::print("  written  {}\n", path.string());
     }
     std::fflush(stdout);

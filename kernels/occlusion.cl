@@ -114,7 +114,7 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       const lane_int rendered = mv2 > tests.gradient_minimum2;
       const lane_int strong = rendered & (mi2 > tests.gradient_minimum2);
       any_strong |= strong;
-      all_strong &= strong;
+      if (c < tests.channels) all_strong &= strong;
       any_rendered |= rendered;
       const lane_float along = fma(vx, ix, vy * iy);
       angle_apart |= strong & ((along <= 0.0f) | (along * along < tests.angle_cosine2 * mv2 * mi2));

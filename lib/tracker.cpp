@@ -21,7 +21,7 @@ namespace {
 /// Least side of the object on a level that is still worth comparing there, pixels.
 constexpr double kLeastSide = 20;
 /// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.05;
+constexpr double kConvergedPixels = 0.1;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
@@ -96,7 +96,7 @@ struct Tracker::Impl {
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest);
+  Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
@@ -130,8 +130,16 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  int finest_tested_ = 0;
   double usual_score_ = 1;  ///< of the coarse stage, running mean
+
+  /// What a frame that was not held must not change.
+  struct Appearance {
+    Photometry::ObjectPair light;
+    std::array<double, 6> scale{};
+    double usual_score = 1, surviving_share = 1;
+  };
+  Appearance appearance() const;
+  void restore(const Appearance& appearance);
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -173,8 +181,11 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((surviving_share_ - 0.2) / 0.3, 0.0, 1.0);
   const double full = coverage_at_margin(options_.silhouette_margin, options_.blur_sigma);
-  const double coverage = 0.6 + (full - 0.6) * relaxed;
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), coverage, options_.depth_jump);
+  ViewTemplate::Margin margin;
+  margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
+  margin.depth_jump = options_.depth_jump;
+  margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
+  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;
@@ -205,7 +216,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
 
 OcclusionOptions Tracker::Impl::tests_of(int level) const {
   OcclusionOptions tests = options_.occlusion;
-  if (level > finest_tested_) {
+  if (level > options_.finest_level) {
     tests.angle_maximum = std::max(tests.angle_maximum, kCoarseAngle);
     tests.difference_relative = std::max(tests.difference_relative, kCoarseDifference);
     tests.vote_share = std::min(tests.vote_share, kCoarseVote);
@@ -219,7 +230,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   photometry_.enqueue_upload(level, planes.tiles);
   occlusion_.enqueue(view_, image_, level,
                      make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
-                     make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
+                     make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
   const kernel::hf_constraints options = constraint_options(level);
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   ConstraintSums sums = constraints_.read();
@@ -243,7 +254,7 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
     const Pose before = D * view_.T_camera_object();
     const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
-    const double shortened = std::min(1.0, kLongestStep / std::max(motion, 1e-9));
+    const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
     if (motion < kConvergedPixels) break;
   }
@@ -294,7 +305,7 @@ Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool se
   return estimate;
 }
 
-Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest) {
+Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = options_.finest_level;
@@ -314,8 +325,7 @@ Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coars
     Pose D = Pose::Identity();
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
-      photometry_.start_level(level, view_.planes(level).tiles,
-                              redraw == 0 && level + 1 < static_cast<int>(levels_.size()));
+      photometry_.start_level(level, view_.planes(level).tiles, redraw == 0 && (level < top || lit_by_coarse_stage));
       estimate = iterate(level, D, options_.iterations);
       if (!estimate.solved) return estimate;
     }
@@ -385,7 +395,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         for (std::size_t i = 0; i < start_count; ++i) {
           const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level));
+              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
+                         coarse && coarse_finest > options_.finest_level);
           if (i == 0 || estimate.score > best.score) best = estimate;
           if (is_good(best)) break;
         }
@@ -435,17 +446,36 @@ void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
   }
 }
 
+Tracker::Impl::Appearance Tracker::Impl::appearance() const {
+  Appearance state;
+  state.light = photometry_.object_pair();
+  std::copy(scale_.begin(), scale_.end(), state.scale.begin());
+  state.usual_score = usual_score_;
+  state.surviving_share = surviving_share_;
+  return state;
+}
+
+void Tracker::Impl::restore(const Appearance& state) {
+  photometry_.set_object_pair(state.light);
+  std::copy(state.scale.begin(), state.scale.begin() + static_cast<std::ptrdiff_t>(scale_.size()), scale_.begin());
+  usual_score_ = state.usual_score;
+  surviving_share_ = state.surviving_share;
+}
+
 template <typename Frame>
 FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
   const bool search = options_.correlation_search && options_.mode == Mode::standard;
+  const Appearance before = appearance();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
+    surviving_share_ = static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels);
     motion_.advance(result.T_camera_object);
   } else {
+    restore(before);
     motion_.stop();
     result.T_camera_object = motion_.pose();
   }
@@ -457,7 +487,10 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;
   start.count = 1;
-  return follow(frame, start, false);
+  const Appearance before = appearance();
+  FrameResult result = follow(frame, start, false);
+  restore(before);
+  return result;
 }
 
 Tracker::Tracker(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -482,6 +515,8 @@ void Tracker::reset(const Pose& T_camera_object) {
   }
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->photometry_.reset();
+  impl_->usual_score_ = 1;
+  impl_->surviving_share_ = 1;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

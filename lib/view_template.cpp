@@ -59,8 +59,7 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage,
-                           double depth_jump) {
+bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin) {
   const Rect object = bounds(T_camera_object);
   T_camera_object_ = T_camera_object;
   render_ms_ = 0;
@@ -68,11 +67,11 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   if (object.empty()) return false;
   const auto f = static_cast<std::size_t>(finest);
   const Level& level = levels_[f];
-  // What lies around the object within the blur's reach of every level must be drawn too, as empty.
-  const int margin = (filter_.radius() + 2) << (count - 1);
+  // What lies around the object within reach of every level's blur and vote must be drawn too, as empty.
+  const int around = std::max(filter_.radius() + 2, HF_VOTE_RADIUS + 1) << (count - 1);
   const Rect at_level{object.x >> finest, object.y >> finest, (object.width >> finest) + 2,
                       (object.height >> finest) + 2};
-  const Rect rect = aligned(grown(at_level, margin), HF_TILE << (count - 1), level.padded_width, level.padded_height);
+  const Rect rect = aligned(grown(at_level, around), HF_TILE << (count - 1), level.padded_width, level.padded_height);
   if (rect.empty()) return false;
 
   const auto start = std::chrono::steady_clock::now();
@@ -118,18 +117,21 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
     }
     const cl::Buffer& blurred = filter_.enqueue_blur(pixels_[l], levels_[l], level_rect);
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
-    const auto jump = static_cast<float>(depth_jump * (1 << l));
+    const auto jump = static_cast<float>(margin.depth_jump * (1 << l));
     template_planes_.setArg(0, blurred);
     template_planes_.setArg(1, planes.depth);
     template_planes_.setArg(2, levels_[l].layout);
     template_planes_.setArg(3, to_kernel(level_rect));
-    template_planes_.setArg(4, static_cast<float>(least_coverage));
-    template_planes_.setArg(5, jump);
-    template_planes_.setArg(6, planes.value);
-    template_planes_.setArg(7, planes.dx);
-    template_planes_.setArg(8, planes.dy);
-    template_planes_.setArg(9, static_cast<int>(levels_[l].elements));
-    template_planes_.setArg(10, planes.usable);
+    template_planes_.setArg(4, levels_[l].width);
+    template_planes_.setArg(5, levels_[l].height);
+    template_planes_.setArg(6, static_cast<float>(margin.least_coverage));
+    template_planes_.setArg(7, jump);
+    template_planes_.setArg(8, margin.jump_reach);
+    template_planes_.setArg(9, planes.value);
+    template_planes_.setArg(10, planes.dx);
+    template_planes_.setArg(11, planes.dy);
+    template_planes_.setArg(12, static_cast<int>(levels_[l].elements));
+    template_planes_.setArg(13, planes.usable);
     device_.enqueue_rows(template_planes_, level_rect.width, level_rect.height);
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};

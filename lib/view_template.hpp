@@ -26,10 +26,16 @@ class ViewTemplate {
   /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
   Rect bounds(const Pose& T_camera_object) const;
 
-  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. `least_coverage` (0 to
-  /// 1) is the share of the blur's reach that must be known surface for a pixel to be usable. Returns false when the
+  /// What is dropped at the silhouette and at depth jumps.
+  struct Margin {
+    double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
+    double depth_jump = 0.02;     ///< relative step in depth
+    int jump_reach = 1;           ///< pixels from a jump
+  };
+
+  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Returns false when the
   /// object is out of view. The call draws at once and enqueues the rest.
-  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage, double depth_jump);
+  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin);
 
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }

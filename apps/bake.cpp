@@ -1,0 +1,352 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "baking/model_completion.hpp"
+#include "commands.hpp"
+#include "common_options.hpp"
+#include "config_file.hpp"
+#include "evaluation/sequence.hpp"
+#include "exit_codes.hpp"
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+#include "holdfast/tracker.hpp"
+#include "messages.hpp"
+#include "track/interruption.hpp"
+#include "track/output_file.hpp"
+#include "track/progress.hpp"
+#include "video/frame_source.hpp"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+using namespace app;
+
+/// What a run came to.
+struct BakeReport {
+  Mesh model;
+  double first_coverage = 0;  ///< after the first frame
+  double coverage = 0;
+  std::int64_t frames = 0;
+  std::int64_t taken = 0;
+  std::int64_t lost = 0;
+  bool interrupted = false;
+  double seconds = 0;
+  std::optional<std::string> ended_early;
+};
+
+struct BakeCommand {
+  std::vector<std::string> inputs;
+  ModelArguments model;
+  CameraArguments camera;
+  InitPoseArguments init;
+  fs::path poses;
+  fs::path out;
+  DeviceArguments device;
+  TrackerArguments tracker;
+  std::int64_t start = 0;
+  std::optional<std::int64_t> stop;
+  baking::CompletionOptions options;
+  bool quiet = false;
+
+  void add_to(CLI::App& command);
+  int run() const;
+
+ private:
+  void check_arguments() const;
+  BakeReport bake_tracked() const;
+  BakeReport bake_posed() const;
+  void print(const BakeReport& report) const;
+};
+
+void BakeCommand::add_to(CLI::App& command) {
+  command
+      .add_option("input", inputs,
+                  "Video file, image folder or image pattern, or several images (then with --poses, a pose each)")
+      ->required()
+      ->type_name("INPUT...");
+  command.add_option("--out", out, "Model to write (.obj; .mtl and .png go beside it)")->required()->type_name("FILE");
+  model.add_to(command);
+  camera.add_to(command);
+  init.add_to(command, false);
+
+  constexpr const char* frames_group = "Frames";
+  command
+      .add_option("--poses", poses,
+                  "Instead of --init: poses of the inputs, or of frames of the one input: the table of "
+                  "'holdfast track', 3x4 or 4x4 a line, or TUM")
+      ->type_name("FILE")
+      ->group(frames_group);
+  command.add_option("--start", start, "First frame, the one that --init is the pose in [0]")
+      ->type_name("N")
+      ->group(frames_group);
+  command.add_option("--stop", stop, "First frame not looked at any more [end]")->type_name("N")->group(frames_group);
+  command.add_option("--every", options.every, "Take texture from every N-th frame")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str()
+      ->type_name("N")
+      ->group(frames_group);
+  command.add_option("--margin", options.bake.margin, "Pixels left out at the object's outline")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str()
+      ->type_name("PIXELS")
+      ->group(frames_group);
+
+  constexpr const char* texture_group = "Texture";
+  baking::TextureOptions& textures = options.textures;
+  command
+      .add_option("--texels-per-metre", textures.texels_per_metre,
+                  "Texture resolution [the camera's, where the object is nearest at the first pose]")
+      ->check(CLI::PositiveNumber)
+      ->type_name("N")
+      ->group(texture_group);
+  command.add_option("--padding", textures.padding, "Texels round each chart of an unwrapped model")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str()
+      ->type_name("N")
+      ->group(texture_group);
+  command.add_option("--largest-texture", textures.largest_size, "Most texels a side")
+      ->check(CLI::Range(64, 16384))
+      ->capture_default_str()
+      ->type_name("N")
+      ->group(texture_group);
+  command.add_flag("--unwrap", textures.unwrap, "New texture coordinates, although the model has some")
+      ->group(texture_group);
+  command.add_flag("--quiet", quiet, "No progress and no summary")->group("Results");
+
+  device.add_to(command);
+  tracker.add_to(command);
+  add_config_option(command);
+}
+
+void BakeCommand::check_arguments() const {
+  const auto refuse = [](const std::string& what) { throw Error(ErrorCode::invalid_argument, what); };
+  if (init.path.empty() == poses.empty()) {
+    refuse("give either --init, the pose in the first frame, or --poses, poses of all frames");
+  }
+  if (!init.path.empty() && inputs.size() > 1) {
+    refuse("several inputs need --poses, with a pose for each; --init is for one video or one image");
+  }
+  require_model_name(out);
+  std::error_code failed;
+  if (fs::equivalent(out, model.path, failed)) {
+    refuse(fmt::format("--out '{}' is the model itself and would be overwritten: give another name", out.string()));
+  }
+  require_writable(out);
+}
+
+ImageView view_of(const cv::Mat& image) {
+  return {image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
+}
+
+/// A bake starts from nothing but the shape; textures only lend their proportions to coordinates that stay.
+BakeReport BakeCommand::bake_tracked() const {
+  FrameSourceOptions source_options;
+  source_options.start = start;
+  source_options.stop = stop;
+  FrameSource source(inputs.front(), source_options);
+  const Camera calibrated = camera.load(source.size().width, source.size().height);
+  const Mesh mesh = model.load();
+  const Pose T_camera_object = init.load();
+  warn_about_units(mesh, T_camera_object, calibrated);
+  const TrackerOptions tracker_options = tracker.options();
+
+  BakeReport report;
+  Frame frame;
+  source.next(frame);
+  baking::ModelCompletion completion(mesh, calibrated, frame.image, T_camera_object, options);
+  Progress progress(quiet ? nullptr : stderr, source.frame_count());
+  const Interruption interruption;
+  std::optional<Tracker> follower;
+  for (;;) {
+    ++report.frames;
+    progress.update(report.frames, true);
+    if (!source.next(frame)) {
+      break;
+    }
+    if (interruption.requested()) {
+      report.interrupted = true;
+      break;
+    }
+    if (!follower) {  // a single image needs none
+      follower.emplace(completion.model(), calibrated, tracker_options, device.open());
+      follower->reset(T_camera_object);
+    }
+    const FrameResult result = follower->track(view_of(frame.image));
+    report.lost += result.status == Status::lost ? 1 : 0;
+    completion.update(*follower, frame.image, result);
+  }
+  progress.clear();
+  report.ended_early = source.ended_early();
+  report.model = completion.model();
+  report.first_coverage = completion.first_coverage();
+  report.coverage = completion.coverage();
+  report.taken = completion.frames_taken();
+  return report;
+}
+
+/// Frames with their poses: the inputs, or those of the one input that have one.
+class PosedFrames {
+ public:
+  PosedFrames(const std::vector<std::string>& inputs, const fs::path& poses, const FrameSourceOptions& options)
+      : inputs_(inputs), poses_(evaluation::load_estimated_poses(poses)), file_(poses) {
+    if (inputs_.size() == 1) {
+      source_.emplace(inputs_.front(), options);
+    } else {
+      if (poses_.entries.size() != inputs_.size()) {
+        throw Error(ErrorCode::pose, fmt::format("'{}' has {} poses for {} inputs: give one pose for each",
+                                                 poses.string(), poses_.entries.size(), inputs_.size()));
+      }
+      source_.emplace(inputs_.front());
+    }
+  }
+
+  cv::Size size() const { return source_->size(); }
+  std::int64_t count() const { return static_cast<std::int64_t>(poses_.entries.size()); }
+
+  /// False at the end.
+  bool next(Frame& frame, Pose& T_camera_object) {
+    return inputs_.size() == 1 ? next_of_one(frame, T_camera_object) : next_input(frame, T_camera_object);
+  }
+
+ private:
+  bool next_of_one(Frame& frame, Pose& T_camera_object) {
+    while (source_->next(frame)) {
+      while (entry_ < poses_.entries.size() && poses_.entries[entry_].frame < frame.index) {
+        ++entry_;
+      }
+      if (entry_ == poses_.entries.size()) {
+        return false;
+      }
+      const auto& entry = poses_.entries[entry_];
+      if (entry.frame == frame.index && entry.held) {
+        T_camera_object = entry.T_camera_object;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool next_input(Frame& frame, Pose& T_camera_object) {
+    while (entry_ < inputs_.size()) {
+      const std::size_t i = entry_++;
+      if (i > 0) {
+        const cv::Size expected = source_->size();
+        source_.emplace(inputs_[i]);
+        if (source_->size() != expected) {
+          throw Error(
+              ErrorCode::image,
+              fmt::format("'{}' has {}x{} pixels, the inputs before it {}x{}: all must come from one camera",
+                          inputs_[i], source_->size().width, source_->size().height, expected.width, expected.height));
+        }
+      }
+      if (poses_.entries[i].held && source_->next(frame)) {
+        T_camera_object = poses_.entries[i].T_camera_object;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  std::vector<std::string> inputs_;
+  evaluation::EstimatedPoses poses_;
+  fs::path file_;
+  std::optional<FrameSource> source_;
+  std::size_t entry_ = 0;
+};
+
+BakeReport BakeCommand::bake_posed() const {
+  FrameSourceOptions source_options;
+  source_options.start = start;
+  source_options.stop = stop;
+  PosedFrames frames(inputs, poses, source_options);
+  const Camera calibrated = camera.load(frames.size().width, frames.size().height);
+  const Mesh mesh = model.load();
+  BakeReport report;
+  std::optional<baking::TextureBaker> baker;
+  Progress progress(quiet ? nullptr : stderr, frames.count());
+  const Interruption interruption;
+  Frame frame;
+  Pose T_camera_object;
+  while (frames.next(frame, T_camera_object)) {
+    if (interruption.requested()) {
+      report.interrupted = true;
+      break;
+    }
+    if (report.frames++ % options.every != 0) {
+      continue;
+    }
+    if (!baker) {
+      warn_about_units(mesh, T_camera_object, calibrated);
+      baker.emplace(baking::make_baker(mesh, calibrated, T_camera_object, options.textures, options.bake));
+    }
+    report.taken += baker->add_frame(frame.image, T_camera_object, baking::PoseSource::given).taken ? 1 : 0;
+    report.first_coverage = report.frames == 1 ? baker->coverage() : report.first_coverage;
+    progress.update(report.frames, true);
+  }
+  progress.clear();
+  if (!baker) {
+    throw Error(ErrorCode::pose, fmt::format("'{}' has no pose for any frame of the input", poses.string()));
+  }
+  if (baker->coverage() == 0) {
+    throw Error(ErrorCode::pose, fmt::format("no frame shows any of the model at the poses of '{}': check their unit "
+                                             "(metres) and axes (x right, y down, z forward)",
+                                             poses.string()));
+  }
+  report.model = baker->model();
+  report.coverage = baker->coverage();
+  return report;
+}
+
+void BakeCommand::print(const BakeReport& report) const {
+  fmt::print("{:.1f} % of the surface known ({:.1f} % from the first frame), texture from {} of {} frames",
+             100 * report.coverage, 100 * report.first_coverage, report.taken, report.frames);
+  fmt::print("{}\n", report.lost > 0 ? fmt::format(", lost in {}", report.lost) : std::string());
+  for (const Material& material : report.model.materials) {
+    fmt::print("  texture  {}x{} texels\n", material.texture.width, material.texture.height);
+  }
+  fmt::print("  time     {:.1f} s\n  written  {}\n", report.seconds, out.string());
+  std::fflush(stdout);
+}
+
+int BakeCommand::run() const {
+  check_arguments();
+  const auto begin = std::chrono::steady_clock::now();
+  BakeReport report = poses.empty() ? bake_tracked() : bake_posed();
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  io::save_model(out, report.model);
+  if (!quiet) {
+    print(report);
+  }
+  if (report.interrupted) {
+    return kInterrupted;
+  }
+  if (report.ended_early) {
+    print_error(*report.ended_early);
+    return kInput;
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_bake_command(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("bake", "Give a model the texture that a video or frames with poses show of it");
+  const auto bake = std::make_shared<BakeCommand>();
+  bake->add_to(*command);
+  command->callback([bake, &exit_code] { exit_code = bake->run(); });
+}
+
+}  // namespace holdfast
