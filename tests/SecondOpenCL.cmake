@@ -14,12 +14,12 @@ foreach(source ${test_sources})
   endif()
 endforeach()
 
-# Oclgrind takes ten minutes for the large images, which rusticl runs. What it finds fails a test: its exit code is the tested program's. Without --uninitialized: it does not know that
+# What Oclgrind finds fails a test: its exit code is the tested program's. Without --uninitialized: it does not know that
 # clEnqueueFillBuffer initialises.
 set(oclgrind_findings "Invalid (read|write|memory) |data race at|divergence detected|error detected|OCLGRIND")
 foreach(suite ${kernel_suites})
   add_test(NAME ${suite}_oclgrind COMMAND ${OCLGRIND} --check-api --data-races $<TARGET_FILE:${suite}>
-    "--test-case-exclude=*640x480*")  # interpreted: large images would take minutes
+    "--test-case-exclude=*640x480*")  # ten minutes, interpreted; rusticl runs them
   set_tests_properties(${suite}_oclgrind PROPERTIES
     ENVIRONMENT "HOLDFAST_DEVICE=oclgrind;HOLDFAST_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/cache_oclgrind"
     FAIL_REGULAR_EXPRESSION "${oclgrind_findings}" LABELS second_opencl TIMEOUT 600)
