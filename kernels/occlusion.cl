@@ -79,6 +79,10 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       STORE((lane_uchar)(0), classes + e);
       continue;
     }
+    if ((tx + ty) % warp.thinning != 0) {
+      STORE(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
+      continue;
+    }
     const lane_float z = LOAD(depth + e);
     const lane_float px = (column - warp.cx) * one_over_fx * z, py = (lane_float)((y - warp.cy) * one_over_fy) * z;
     const lane_float qx = fma((lane_float)(warp.d[0]), px, fma((lane_float)(warp.d[1]), py,

@@ -32,6 +32,7 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
   // Exclusive: a bilinear sample reads the next pixel too.
   warp.max_x = static_cast<float>(valid.x + valid.width - 1);
   warp.max_y = static_cast<float>(valid.y + valid.height - 1);
+  warp.thinning = 1;
   return warp;
 }
 

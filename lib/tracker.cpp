@@ -28,6 +28,11 @@ constexpr double kRedrawPixels = 1.5;
 constexpr double kLongestStep = 3;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
+/// Pixels that are enough for a pose; larger objects are looked at in every second to eighth tile.
+constexpr double kEnoughPixels = 16000;
+constexpr int kMostThinning = 8;
+/// What it takes to be found again after a loss: share of gradient pixels used, correlation.
+constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
@@ -99,6 +104,12 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
+  /// Enqueues tests and constraints of every `thinning`th tile.
+  kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
+  /// Large objects have more pixels than a pose needs: every how manieth tile to look at.
+  int thinning(int level) const;
+  /// Decides every pixel of the last view again, at its last pose.
+  void decide_all_pixels();
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
   OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums.
@@ -107,6 +118,7 @@ struct Tracker::Impl {
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  /// Held; to be found again after a loss takes more than to be held on to.
   bool is_good(const Estimate& estimate) const;
   void judge(const Estimate& estimate, FrameResult& result) const;
 
@@ -127,6 +139,7 @@ struct Tracker::Impl {
   std::vector<double> scale_;
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
+  Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
@@ -224,15 +237,33 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
   return tests;
 }
 
-ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
+int Tracker::Impl::thinning(int level) const {
+  if (options_.mode == Mode::paper) return 1;
+  const Rect object = view_.bounds(view_.T_camera_object());
+  const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
+  return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
+}
+
+kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
   const auto l = static_cast<std::size_t>(level);
-  const auto& planes = view_.planes(level);
-  photometry_.enqueue_upload(level, planes.tiles);
-  occlusion_.enqueue(view_, image_, level,
-                     make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
-                     make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
+  photometry_.enqueue_upload(level, view_.planes(level).tiles);
+  auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
+  warp.thinning = every;
+  occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
   const kernel::hf_constraints options = constraint_options(level);
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
+  return options;
+}
+
+void Tracker::Impl::decide_all_pixels() {
+  if (thinning(finest_drawn_) == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
+  enqueue_level(finest_drawn_, D_last_, 1);
+}
+
+ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
+  const auto l = static_cast<std::size_t>(level);
+  D_last_ = D;
+  const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
   photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -378,13 +409,14 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             for (int level = coarse_finest; level <= coarsest; ++level) {
               image_.enqueue_features(level, coarser(region, level));
             }
+            device_.impl().queue.flush();  // the device works while the first view is drawn
           }
           for (int i = 0; i < hypotheses.count; ++i) {
             const Estimate estimate =
                 coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
             add_start(estimate);
             // A first hypothesis that fits as well as usual needs no second.
-            if (estimate.solved && estimate.score > kUsualScore * usual_score_) break;
+            if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
@@ -413,8 +445,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
 
 bool Tracker::Impl::is_good(const Estimate& estimate) const {
   const double used_share = estimate.sums.used / std::max(1.0, estimate.sums.gradient);
-  return estimate.solved && used_share >= options_.lost_visible_share &&
-         estimate.correlation >= options_.lost_correlation;
+  const bool lost = motion_.lost();
+  return estimate.solved && used_share >= (lost ? kFoundShare : options_.lost_visible_share) &&
+         estimate.correlation >= (lost ? kFoundCorrelation : options_.lost_correlation);
 }
 
 void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
@@ -441,6 +474,8 @@ void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
     result.reason = "occluded or moved too fast";
   } else if (result.correlation < options_.lost_correlation) {
     result.reason = "the frame does not look like the model";
+  } else if (!is_good(estimate)) {
+    result.reason = "lost before, and not surely found again";
   } else {
     result.status = Status::held;
   }
@@ -472,11 +507,12 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
-    surviving_share_ = static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels);
+    surviving_share_ = std::min(
+        1.0, thinning(finest_drawn_) * static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
   } else {
     restore(before);
-    motion_.stop();
+    motion_.lose();
     result.T_camera_object = motion_.pose();
   }
   return result;
@@ -535,7 +571,8 @@ FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object)
 
 PixelMask Tracker::pixel_mask() const {
   return with_device_errors("reading the pixel mask", [&] {
-    const Impl& impl = *impl_;
+    Impl& impl = *impl_;
+    impl.decide_all_pixels();
     const int level_index = impl.finest_drawn_;
     const Level& level = impl.levels_[static_cast<std::size_t>(level_index)];
     const auto& tiles = impl.view_.planes(level_index).tiles;

@@ -25,9 +25,10 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
     pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
   }
   const std::size_t largest = levels[0].elements;
-  const auto host_memory = CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR;
-  rgba_ = cl::Buffer(device.context, host_memory, largest * 4);
-  window_depth_ = cl::Buffer(device.context, host_memory, largest * sizeof(float));
+  rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * 4);
+  window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
+  host_rgba_.resize(largest * 4);
+  host_depth_.resize(largest);
   unpack_ = device.kernel("unpack_view");
   halve_depth_ = device.kernel("halve_depth");
   template_planes_ = device.kernel("template_planes");
@@ -76,16 +77,15 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
 
   const auto start = std::chrono::steady_clock::now();
   const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
-  auto& queue = device_.queue;
-  RenderTarget target;
-  target.rgba = static_cast<std::uint8_t*>(
-      queue.enqueueMapBuffer(rgba_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * 4));
-  target.depth = static_cast<float*>(
-      queue.enqueueMapBuffer(window_depth_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * sizeof(float)));
-  target.stride = rect.width;
-  const DepthRange range = renderer_.render(T_camera_object, level.camera, rect, target);
-  queue.enqueueUnmapMemObject(rgba_, target.rgba);
-  queue.enqueueUnmapMemObject(window_depth_, target.depth);
+  // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
+  // frame meanwhile.
+  if (copied_()) copied_.wait();
+  const DepthRange range =
+      renderer_.render(T_camera_object, level.camera, rect, {host_rgba_.data(), host_depth_.data(), rect.width});
+  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, 0, pixel_count * 4, host_rgba_.data());
+  device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
+                                   &copied_);
+  device_.queue.flush();
   render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 
   kernel::hf_view view{};

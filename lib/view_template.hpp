@@ -52,6 +52,9 @@ class ViewTemplate {
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
   cl::Buffer rgba_, window_depth_;
+  std::vector<std::uint8_t> host_rgba_;
+  std::vector<float> host_depth_;
+  cl::Event copied_;  ///< of the host memory
   cl::Kernel unpack_, halve_depth_, template_planes_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 namespace holdfast::baking {
 namespace {
@@ -14,6 +15,11 @@ namespace {
 constexpr double kSteepest = 1.15;
 /// Triangles laid flat count as overlapping when they share more than this share of their size in every direction.
 constexpr double kOverlap = 1e-4;
+
+/// Rounds of averaging over neighbours that tell a surface's direction from its roughness, and angles that count as
+/// equal then, radians.
+constexpr int kSmoothing = 8;
+constexpr double kRoughnessStep = 0.1;
 
 using Corners = std::array<Eigen::Vector2d, 3>;
 
@@ -127,12 +133,41 @@ class ChartMaker {
     return sum.normalized();
   }
 
-  /// Large triangles first: they carry the planes that a box or a tool consists of.
+  /// How far each triangle is turned from the surface around it, radians.
+  std::vector<double> roughness() const {
+    std::vector<Eigen::Vector3d> smooth = topology_.normals;
+    std::vector<Eigen::Vector3d> sums(smooth.size());
+    for (int pass = 0; pass < kSmoothing; ++pass) {
+      for (std::size_t t = 0; t < smooth.size(); ++t) {
+        sums[t] = topology_.areas[t] * smooth[t];
+        for (const std::int32_t neighbor : topology_.neighbors[t]) {
+          if (neighbor >= 0) {
+            sums[t] += topology_.areas[neighbor] * smooth[neighbor];
+          }
+        }
+      }
+      for (std::size_t t = 0; t < smooth.size(); ++t) {
+        smooth[t] = sums[t].normalized();
+      }
+    }
+    std::vector<double> angles(smooth.size());
+    for (std::size_t t = 0; t < smooth.size(); ++t) {
+      angles[t] = std::acos(std::clamp(smooth[t].dot(topology_.normals[t]), -1.0, 1.0));
+    }
+    return angles;
+  }
+
+  /// From triangles that face as their surroundings do, the large ones first: they carry the planes that a box or a
+  /// tool consists of, and the middle of what is rough.
   void grow_all() {
+    const std::vector<double> rough = roughness();
+    const auto order = [&](std::uint32_t t) {
+      return std::make_pair(std::floor(rough[t] / kRoughnessStep), -topology_.areas[t]);
+    };
     std::vector<std::uint32_t> seeds(mesh_.triangles.size());
     std::iota(seeds.begin(), seeds.end(), 0U);
     std::stable_sort(seeds.begin(), seeds.end(),
-                     [this](std::uint32_t a, std::uint32_t b) { return topology_.areas[a] > topology_.areas[b]; });
+                     [&](std::uint32_t left, std::uint32_t right) { return order(left) < order(right); });
     for (const std::uint32_t seed : seeds) {
       if (chart_of_[seed] >= 0 || topology_.areas[seed] <= 0) {
         continue;
