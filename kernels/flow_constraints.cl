@@ -33,6 +33,38 @@ __kernel void flow_constraints(__global const float* value, __global const float
                                __global uchar* final_classes, __global float* sums) {
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
+  __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
+#if HF_STRIPS
+  /* Many tiles hold no pixel that passed: they are counted and done with. */
+  int16 visible_pixels = (int16)(0), usable_pixels = (int16)(0), gradient_pixels = (int16)(0), passes = (int16)(0);
+  for (int row = 0; row < HF_TILE; ++row) {
+    const int e = element(layout, x0, ty * HF_TILE + row);
+    const uchar16 class = LOAD(classes + e);
+    if (!any(class != (uchar)0)) {
+      STORE(class, final_classes + e);
+      continue;
+    }
+    const int16 c = convert_int16(class & (uchar)15);
+    visible_pixels -= c != HF_NOT_VISIBLE;
+    usable_pixels -= c >= HF_NO_GRADIENT;
+    gradient_pixels -= convert_int16(class) >= HF_COUNTS_IN_VOTE;
+    passes |= c == HF_USED;
+    STORE(class & (uchar)15, final_classes + e);
+  }
+  if (!any(passes)) {
+    for (int i = 0; i < HF_SUM_STRIDE; i += 16) STORE((float16)(0.0f), out + i);
+    int counts[3][16];
+    vstore16(visible_pixels, 0, counts[0]);
+    vstore16(usable_pixels, 0, counts[1]);
+    vstore16(gradient_pixels, 0, counts[2]);
+    for (int k = 0; k < 3; ++k) {
+      int sum = 0;
+      for (int lane = 0; lane < 16; ++lane) sum += counts[k][lane];
+      out[HF_SUM_VISIBLE + k] = sum;
+    }
+    return;
+  }
+#endif
   lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
   lane_float total[HF_SUM_MAIN], photo[2][HF_CELL_SUMS];
   for (int i = 0; i < HF_SUM_MAIN; ++i) total[i] = (lane_float)(0.0f);
@@ -195,7 +227,6 @@ __kernel void flow_constraints(__global const float* value, __global const float
     }
   }
 
-  __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
 #if HF_STRIPS
   for (int i = 0; i < HF_SUM_MAIN; ++i) {
     const float8 a = total[i].lo + total[i].hi;

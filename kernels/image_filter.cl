@@ -15,16 +15,26 @@ __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect,
   }
 }
 
+/* One side's taps and the centre, with a constant number of taps where that is common: the loop then unrolls. */
+#define BLUR_SUM(STEP, RADIUS)                                                                              \
+  for (int k = 1; k <= (RADIUS); ++k) {                                                                     \
+    sum = fma((pixel_vector)(taps[k]), LOAD_PIXELS(in + e - (STEP) * k) + LOAD_PIXELS(in + e + (STEP) * k), sum); \
+  }
+#define BLUR(STEP)                  \
+  pixel_vector sum = taps[0] * LOAD_PIXELS(in + e); \
+  if (radius == 3) {                \
+    BLUR_SUM(STEP, 3)               \
+  } else {                          \
+    BLUR_SUM(STEP, radius)          \
+  }
+
 /* Row pass of the separable Gaussian: taps[0] is the centre. */
 __kernel void blur_rows(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
                         __global float* out) {
   const int y = rect.y + (int)get_global_id(1);
   for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int e = HF_PIXEL * element(layout, rect.x + i, y);
-    pixel_vector sum = taps[0] * LOAD_PIXELS(in + e);
-    for (int k = 1; k <= radius; ++k) {
-      sum = fma((pixel_vector)(taps[k]), LOAD_PIXELS(in + e - HF_PIXEL * k) + LOAD_PIXELS(in + e + HF_PIXEL * k), sum);
-    }
+    BLUR(HF_PIXEL)
     STORE_PIXELS(sum, out + e);
   }
 }
@@ -51,11 +61,8 @@ __kernel void blur_columns(__global const float* in, hf_layout layout, hf_rect r
   const int y = rect.y + (int)get_global_id(1);
   for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int e = HF_PIXEL * element(layout, rect.x + i, y);
-    pixel_vector sum = taps[0] * LOAD_PIXELS(in + e);
-    for (int k = 1; k <= radius; ++k) {
-      const int step = HF_PIXEL * layout.stride * k;
-      sum = fma((pixel_vector)(taps[k]), LOAD_PIXELS(in + e - step) + LOAD_PIXELS(in + e + step), sum);
-    }
+    const int step = HF_PIXEL * layout.stride;
+    BLUR(step)
     STORE_PIXELS(normalized_pixels(sum), out + e);
   }
 }

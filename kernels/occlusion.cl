@@ -79,6 +79,10 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       STORE((lane_uchar)(0), classes + e);
       continue;
     }
+    if ((tx + ty) % warp.thinning != 0) {
+      STORE(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
+      continue;
+    }
     const lane_float z = LOAD(depth + e);
     const lane_float px = (column - warp.cx) * one_over_fx * z, py = (lane_float)((y - warp.cy) * one_over_fy) * z;
     const lane_float qx = fma((lane_float)(warp.d[0]), px, fma((lane_float)(warp.d[1]), py,
@@ -114,7 +118,7 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       const lane_int rendered = mv2 > tests.gradient_minimum2;
       const lane_int strong = rendered & (mi2 > tests.gradient_minimum2);
       any_strong |= strong;
-      all_strong &= strong;
+      if (c < tests.channels) all_strong &= strong;
       any_rendered |= rendered;
       const lane_float along = fma(vx, ix, vy * iy);
       angle_apart |= strong & ((along <= 0.0f) | (along * along < tests.angle_cosine2 * mv2 * mi2));

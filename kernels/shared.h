@@ -42,7 +42,7 @@
 #define HF_CELL_DEPTH 37
 #define HF_CELL_SUMS 38
 #define HF_SUM_PHOTO 35       /* cells 00, 01, 10, 11 (row, column) */
-#define HF_SUM_STRIDE 192     /* floats from a tile's sums to the next; 35 + 4 * 38 used */
+#define HF_SUM_STRIDE 192     /* floats from a tile's sums to the next, whole vectors; 35 + 4 * 38 used */
 
 /* A cell's pairs: gain of three channels, bias of three channels. */
 #define HF_CELL_PAIRS 8
@@ -86,10 +86,12 @@ typedef struct {
   HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
   HF_FLOAT turn[4];            /* 2x2, rows: turns frame gradients into the rendered view's axes */
   HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
+  HF_INT thinning;             /* every how manieth tile is looked at, along diagonals; 1: all */
 } hf_warp;
 
 typedef struct {
   HF_INT gradient_test, angle_test, magnitude_test, all_channels, compare_magnitudes;
+  HF_INT channels;             /* of the frame: 1 when it is grey */
   HF_FLOAT gradient_minimum2;  /* squared */
   HF_FLOAT angle_cosine2;      /* squared cosine of the largest angle */
   HF_FLOAT difference_maximum;

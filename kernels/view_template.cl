@@ -35,42 +35,77 @@ __kernel void halve_depth(__global const float* in, hf_layout in_layout, hf_rect
   }
 }
 
-bool depth_jump(float z, float other, float relative) { return other <= 0.0f || fabs(other - z) > relative * z; }
+#if HF_STRIPS
+typedef float4 pixel_lane; /* one number of each of the pixels taken at once */
+typedef int4 pixel_mask;
+#define CHANNEL_0(v) (v).s048c
+#define CHANNEL_1(v) (v).s159d
+#define CHANNEL_2(v) (v).s26ae
+#define CHANNEL_3(v) (v).s37bf
+#define LOAD_LANE(p) vload4(0, (p))
+#define STORE_LANE(v, p) vstore4((v), 0, (p))
+#define PIXEL_INDEX ((int4)(0, 1, 2, 3))
+#define STORE_STATE(v, p) vstore4(convert_uchar4(v), 0, (p))
+#define NO_PIXEL(mask) (!any(mask))
+#else
+typedef float pixel_lane;
+typedef int pixel_mask;
+#define CHANNEL_0(v) (v).x
+#define CHANNEL_1(v) (v).y
+#define CHANNEL_2(v) (v).z
+#define CHANNEL_3(v) (v).w
+#define LOAD_LANE(p) (*(p))
+#define STORE_LANE(v, p) (*(p) = (v))
+#define PIXEL_INDEX 0
+#define STORE_STATE(v, p) (*(p) = (uchar)(v))
+#define NO_PIXEL(mask) (!(mask))
+#endif
+
+pixel_mask depth_jump(pixel_lane z, pixel_lane other, float relative) {
+  return (other <= 0.0f) | (fabs(other - z) > relative * z);
+}
 
 /* Blurred, normalised pixels -> planes. Usable: covered at least `least_coverage` within the blur's reach and no depth
-   jump among the neighbours; `usable` is 0 outside the object, HF_UNUSABLE or HF_USED. */
+   jump or hole within `reach` pixels in the row and the column; `usable` is 0 outside the object (and outside the
+   frame of width x height), HF_UNUSABLE or HF_USED. The planes are written where the object is. */
 __kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
-                              float least_coverage, float jump, __global float* value, __global float* dx,
-                              __global float* dy, int plane, __global uchar* usable) {
+                              int width, int height, float least_coverage, float jump, int reach,
+                              __global float* value, __global float* dx, __global float* dy, int plane,
+                              __global uchar* usable) {
   const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int e = element(layout, rect.x + i, y);
-    const float z = depth[e];
-    uchar state = HF_NOT_VISIBLE;
-    float4 v = (float4)(0.0f), gx = (float4)(0.0f), gy = (float4)(0.0f);
-    if (z > 0.0f) {
-      __global const float* p = in + HF_PIXEL * e;
-      const int step = HF_PIXEL * layout.stride;
-      v = vload4(0, p);
-      const float4 left = vload4(0, p - HF_PIXEL), right = vload4(0, p + HF_PIXEL);
-      const float4 up = vload4(0, p - step), down = vload4(0, p + step);
-      gx = 0.5f * (right - left);
-      gy = 0.5f * (down - up);
-      const bool covered = v.w >= least_coverage && left.w > 0.25f && right.w > 0.25f && up.w > 0.25f && down.w > 0.25f;
-      const bool smooth = !depth_jump(z, depth[e - 1], jump) && !depth_jump(z, depth[e + 1], jump) &&
-                          !depth_jump(z, depth[e - layout.stride], jump) &&
-                          !depth_jump(z, depth[e + layout.stride], jump);
-      state = covered && smooth ? HF_USED : HF_UNUSABLE;
+    const pixel_lane z = LOAD_LANE(depth + e);
+    const pixel_mask visible = (z > 0.0f) & ((pixel_mask)(rect.x + i) + PIXEL_INDEX < width) & (y < height ? ~0 : 0);
+    if (NO_PIXEL(visible)) {
+      STORE_STATE((pixel_mask)(HF_NOT_VISIBLE), usable + e);
+      continue;
     }
-    value[e] = v.x;
-    value[e + plane] = v.y;
-    value[e + 2 * plane] = v.z;
-    dx[e] = gx.x;
-    dx[e + plane] = gx.y;
-    dx[e + 2 * plane] = gx.z;
-    dy[e] = gy.x;
-    dy[e + plane] = gy.y;
-    dy[e + 2 * plane] = gy.z;
-    usable[e] = state;
+    __global const float* p = in + HF_PIXEL * e;
+    const int step = HF_PIXEL * layout.stride;
+    const pixel_vector v = LOAD_PIXELS(p), left = LOAD_PIXELS(p - HF_PIXEL), right = LOAD_PIXELS(p + HF_PIXEL);
+    const pixel_vector up = LOAD_PIXELS(p - step), down = LOAD_PIXELS(p + step);
+    const pixel_vector gx = 0.5f * (right - left), gy = 0.5f * (down - up);
+    pixel_mask good = (CHANNEL_3(v) >= least_coverage) & (CHANNEL_3(left) > 0.25f) & (CHANNEL_3(right) > 0.25f) &
+                      (CHANNEL_3(up) > 0.25f) & (CHANNEL_3(down) > 0.25f);
+    for (int k = 1; k <= reach; ++k) {
+      const pixel_mask broken = depth_jump(z, LOAD_LANE(depth + e - k), jump) |
+                                depth_jump(z, LOAD_LANE(depth + e + k), jump) |
+                                depth_jump(z, LOAD_LANE(depth + e - k * layout.stride), jump) |
+                                depth_jump(z, LOAD_LANE(depth + e + k * layout.stride), jump);
+      good &= !broken;
+    }
+    pixel_mask state = CHOOSE((pixel_mask)(HF_UNUSABLE), (pixel_mask)(HF_USED), good);
+    state = CHOOSE((pixel_mask)(HF_NOT_VISIBLE), state, visible);
+    STORE_STATE(state, usable + e);
+    STORE_LANE(CHANNEL_0(v), value + e);
+    STORE_LANE(CHANNEL_1(v), value + e + plane);
+    STORE_LANE(CHANNEL_2(v), value + e + 2 * plane);
+    STORE_LANE(CHANNEL_0(gx), dx + e);
+    STORE_LANE(CHANNEL_1(gx), dx + e + plane);
+    STORE_LANE(CHANNEL_2(gx), dx + e + 2 * plane);
+    STORE_LANE(CHANNEL_0(gy), dy + e);
+    STORE_LANE(CHANNEL_1(gy), dy + e + plane);
+    STORE_LANE(CHANNEL_2(gy), dy + e + 2 * plane);
   }
 }

@@ -15,6 +15,14 @@ void check_frame(int width, int height, const Camera& camera) {
   }
 }
 
+void check_pairs(PixelFormat format, int width, int height) {
+  const bool odd = width % 2 != 0 || (format == PixelFormat::nv12 && height % 2 != 0);
+  if ((format == PixelFormat::nv12 || format == PixelFormat::yuyv) && odd) {
+    throw Error(ErrorCode::image, "NV12 and YUYV frames have an even width (and NV12 an even height), this one is " +
+                                      std::to_string(width) + "x" + std::to_string(height) + "; convert it to RGB8");
+  }
+}
+
 std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
   const std::size_t packed = packed_stride(format, width);
   if (stride == 0) return packed;
@@ -51,6 +59,7 @@ Rect DeviceImage::region(const Rect& wanted) const {
 
 void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
   check_frame(frame.width, frame.height, camera_);
+  check_pairs(frame.format, frame.width, frame.height);
   if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
   const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
   const std::size_t packed = packed_stride(frame.format, frame.width);
@@ -79,6 +88,7 @@ void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
 
 void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& region) {
   check_frame(frame.width, frame.height, camera_);
+  check_pairs(frame.format, frame.width, frame.height);
   if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
   const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
   const cl::Buffer buffer(frame.buffer, true);

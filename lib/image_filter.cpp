@@ -47,17 +47,19 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
 }
 
 const cl::Buffer& ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect) {
-  const auto enqueue = [&](cl::Kernel& kernel, const cl::Buffer& from, const cl::Buffer& to) {
+  const auto enqueue = [&](cl::Kernel& kernel, const cl::Buffer& from, const cl::Buffer& to, const Rect& area) {
     kernel.setArg(0, from);
     kernel.setArg(1, level.layout);
-    kernel.setArg(2, to_kernel(rect));
+    kernel.setArg(2, to_kernel(area));
     kernel.setArg(3, taps_);
     kernel.setArg(4, radius_);
     kernel.setArg(5, to);
-    device_.enqueue_rows(kernel, rect.width, rect.height);
+    device_.enqueue_rows(kernel, area.width, area.height);
   };
-  enqueue(blur_rows_, in, scratch_);
-  enqueue(blur_columns_, scratch_, blurred_);
+  // The columns' pass reads rows above and below: at the image's border too they must be of this image (zero), not what
+  // another level or the other image left in the scratch memory.
+  enqueue(blur_rows_, in, scratch_, {rect.x, rect.y - radius_, rect.width, rect.height + 2 * radius_});
+  enqueue(blur_columns_, scratch_, blurred_, rect);
   return blurred_;
 }
 

@@ -32,10 +32,11 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
   // Exclusive: a bilinear sample reads the next pixel too.
   warp.max_x = static_cast<float>(valid.x + valid.width - 1);
   warp.max_y = static_cast<float>(valid.y + valid.height - 1);
+  warp.thinning = 1;
   return warp;
 }
 
-kernel::hf_tests make_tests(const OcclusionOptions& options, double relative) {
+kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey) {
   kernel::hf_tests tests{};
   tests.gradient_test = options.gradient_test ? 1 : 0;
   tests.angle_test = options.angle_test ? 1 : 0;
@@ -46,7 +47,8 @@ kernel::hf_tests make_tests(const OcclusionOptions& options, double relative) {
   const double cosine = std::cos(options.angle_maximum);
   tests.angle_cosine2 = static_cast<float>(cosine * cosine);
   tests.difference_maximum = static_cast<float>(options.difference_maximum);
-  tests.difference_relative = static_cast<float>(relative);
+  tests.difference_relative = static_cast<float>(options.difference_relative);
+  tests.channels = grey ? 1 : HF_CHANNELS;
   return tests;
 }
 

@@ -12,8 +12,8 @@ namespace holdfast {
 kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid);
 
-/// Tests (5) to (7) of a level. `relative` is added to test (7)'s limit, as a share of the larger gradient.
-kernel::hf_tests make_tests(const OcclusionOptions& options, double relative);
+/// Tests (5) to (7) of a level, for frames of three channels or one.
+kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey = false);
 
 /// Samples the frame at the warped pixels and classifies them.
 class OcclusionTest {

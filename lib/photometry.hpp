@@ -17,6 +17,16 @@ class Photometry {
   /// Gain 1, bias 0.
   void reset();
 
+  /// The object's own gain and bias a channel.
+  struct ObjectPair {
+    std::array<double, HF_CHANNELS> gain{1, 1, 1}, bias{0, 0, 0};
+  };
+  ObjectPair object_pair() const { return {gain_, bias_}; }
+  void set_object_pair(const ObjectPair& pair) {
+    gain_ = pair.gain;
+    bias_ = pair.bias;
+  }
+
   /// Fills the cells of these tiles of a level with the object's pair, or with what their place on the next coarser
   /// level had.
   void start_level(int level, const kernel::hf_rect& tiles, bool from_coarser);

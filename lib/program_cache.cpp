@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #include "holdfast/error.hpp"
@@ -64,7 +65,8 @@ void write_binary(const std::filesystem::path& path, const std::vector<unsigned 
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   // Another process may read or write the same file: it only ever sees a complete one.
-  const auto temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  const auto temporary = path.string() + ".tmp" + std::to_string(::getpid()) + "_" +
+                         std::to_string(std::hash<std::thread::id>{}(std::this_thread::get_id()));
   {
     std::ofstream file(temporary, std::ios::binary);
     file << seal(binary);

@@ -21,13 +21,16 @@ namespace {
 /// Least side of the object on a level that is still worth comparing there, pixels.
 constexpr double kLeastSide = 20;
 /// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.05;
+constexpr double kConvergedPixels = 0.1;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
 constexpr double kLongestStep = 3;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
+/// Pixels that are enough for a pose; larger objects are looked at in every second to eighth tile.
+constexpr double kEnoughPixels = 16000;
+constexpr int kMostThinning = 8;
 constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
@@ -96,9 +99,15 @@ struct Tracker::Impl {
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest);
+  Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
+  /// Enqueues tests and constraints of every `thinning`th tile.
+  kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
+  /// Large objects have more pixels than a pose needs: every how manieth tile to look at.
+  int thinning(int level) const;
+  /// Decides every pixel of the last view again, at its last pose.
+  void decide_all_pixels();
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
   OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums.
@@ -127,11 +136,20 @@ struct Tracker::Impl {
   std::vector<double> scale_;
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
+  Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  int finest_tested_ = 0;
   double usual_score_ = 1;  ///< of the coarse stage, running mean
+
+  /// What a frame that was not held must not change.
+  struct Appearance {
+    Photometry::ObjectPair light;
+    std::array<double, 6> scale{};
+    double usual_score = 1, surviving_share = 1;
+  };
+  Appearance appearance() const;
+  void restore(const Appearance& appearance);
 };
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -173,8 +191,11 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((surviving_share_ - 0.2) / 0.3, 0.0, 1.0);
   const double full = coverage_at_margin(options_.silhouette_margin, options_.blur_sigma);
-  const double coverage = 0.6 + (full - 0.6) * relaxed;
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), coverage, options_.depth_jump);
+  ViewTemplate::Margin margin;
+  margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
+  margin.depth_jump = options_.depth_jump;
+  margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
+  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;
@@ -205,7 +226,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
 
 OcclusionOptions Tracker::Impl::tests_of(int level) const {
   OcclusionOptions tests = options_.occlusion;
-  if (level > finest_tested_) {
+  if (level > options_.finest_level) {
     tests.angle_maximum = std::max(tests.angle_maximum, kCoarseAngle);
     tests.difference_relative = std::max(tests.difference_relative, kCoarseDifference);
     tests.vote_share = std::min(tests.vote_share, kCoarseVote);
@@ -213,15 +234,33 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
   return tests;
 }
 
-ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
+int Tracker::Impl::thinning(int level) const {
+  if (options_.mode == Mode::paper) return 1;
+  const Rect object = view_.bounds(view_.T_camera_object());
+  const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
+  return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
+}
+
+kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
   const auto l = static_cast<std::size_t>(level);
-  const auto& planes = view_.planes(level);
-  photometry_.enqueue_upload(level, planes.tiles);
-  occlusion_.enqueue(view_, image_, level,
-                     make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level)),
-                     make_tests(tests_of(level), tests_of(level).difference_relative), photometry_.buffer(level));
+  photometry_.enqueue_upload(level, view_.planes(level).tiles);
+  auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
+  warp.thinning = every;
+  occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
   const kernel::hf_constraints options = constraint_options(level);
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
+  return options;
+}
+
+void Tracker::Impl::decide_all_pixels() {
+  if (thinning(finest_drawn_) == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
+  enqueue_level(finest_drawn_, D_last_, 1);
+}
+
+ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
+  const auto l = static_cast<std::size_t>(level);
+  D_last_ = D;
+  const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
   photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -243,7 +282,7 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
     const Pose before = D * view_.T_camera_object();
     const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
-    const double shortened = std::min(1.0, kLongestStep / std::max(motion, 1e-9));
+    const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
     if (motion < kConvergedPixels) break;
   }
@@ -294,7 +333,7 @@ Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool se
   return estimate;
 }
 
-Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest) {
+Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = options_.finest_level;
@@ -314,8 +353,7 @@ Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coars
     Pose D = Pose::Identity();
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
-      photometry_.start_level(level, view_.planes(level).tiles,
-                              redraw == 0 && level + 1 < static_cast<int>(levels_.size()));
+      photometry_.start_level(level, view_.planes(level).tiles, redraw == 0 && (level < top || lit_by_coarse_stage));
       estimate = iterate(level, D, options_.iterations);
       if (!estimate.solved) return estimate;
     }
@@ -368,6 +406,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             for (int level = coarse_finest; level <= coarsest; ++level) {
               image_.enqueue_features(level, coarser(region, level));
             }
+            device_.impl().queue.flush();  // the device works while the first view is drawn
           }
           for (int i = 0; i < hypotheses.count; ++i) {
             const Estimate estimate =
@@ -385,7 +424,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         for (std::size_t i = 0; i < start_count; ++i) {
           const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level));
+              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
+                         coarse && coarse_finest > options_.finest_level);
           if (i == 0 || estimate.score > best.score) best = estimate;
           if (is_good(best)) break;
         }
@@ -435,17 +475,37 @@ void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
   }
 }
 
+Tracker::Impl::Appearance Tracker::Impl::appearance() const {
+  Appearance state;
+  state.light = photometry_.object_pair();
+  std::copy(scale_.begin(), scale_.end(), state.scale.begin());
+  state.usual_score = usual_score_;
+  state.surviving_share = surviving_share_;
+  return state;
+}
+
+void Tracker::Impl::restore(const Appearance& state) {
+  photometry_.set_object_pair(state.light);
+  std::copy(state.scale.begin(), state.scale.begin() + static_cast<std::ptrdiff_t>(scale_.size()), scale_.begin());
+  usual_score_ = state.usual_score;
+  surviving_share_ = state.surviving_share;
+}
+
 template <typename Frame>
 FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
   const bool search = options_.correlation_search && options_.mode == Mode::standard;
+  const Appearance before = appearance();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
+    surviving_share_ = std::min(
+        1.0, thinning(finest_drawn_) * static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
   } else {
+    restore(before);
     motion_.stop();
     result.T_camera_object = motion_.pose();
   }
@@ -457,7 +517,10 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;
   start.count = 1;
-  return follow(frame, start, false);
+  const Appearance before = appearance();
+  FrameResult result = follow(frame, start, false);
+  restore(before);
+  return result;
 }
 
 Tracker::Tracker(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
@@ -482,6 +545,8 @@ void Tracker::reset(const Pose& T_camera_object) {
   }
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->photometry_.reset();
+  impl_->usual_score_ = 1;
+  impl_->surviving_share_ = 1;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }
@@ -500,7 +565,8 @@ FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object)
 
 PixelMask Tracker::pixel_mask() const {
   return with_device_errors("reading the pixel mask", [&] {
-    const Impl& impl = *impl_;
+    Impl& impl = *impl_;
+    impl.decide_all_pixels();
     const int level_index = impl.finest_drawn_;
     const Level& level = impl.levels_[static_cast<std::size_t>(level_index)];
     const auto& tiles = impl.view_.planes(level_index).tiles;

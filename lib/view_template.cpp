@@ -25,9 +25,10 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
     pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
   }
   const std::size_t largest = levels[0].elements;
-  const auto host_memory = CL_MEM_READ_ONLY | CL_MEM_ALLOC_HOST_PTR;
-  rgba_ = cl::Buffer(device.context, host_memory, largest * 4);
-  window_depth_ = cl::Buffer(device.context, host_memory, largest * sizeof(float));
+  rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * 4);
+  window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
+  host_rgba_.resize(largest * 4);
+  host_depth_.resize(largest);
   unpack_ = device.kernel("unpack_view");
   halve_depth_ = device.kernel("halve_depth");
   template_planes_ = device.kernel("template_planes");
@@ -59,8 +60,7 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage,
-                           double depth_jump) {
+bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin) {
   const Rect object = bounds(T_camera_object);
   T_camera_object_ = T_camera_object;
   render_ms_ = 0;
@@ -68,25 +68,24 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   if (object.empty()) return false;
   const auto f = static_cast<std::size_t>(finest);
   const Level& level = levels_[f];
-  // What lies around the object within the blur's reach of every level must be drawn too, as empty.
-  const int margin = (filter_.radius() + 2) << (count - 1);
+  // What lies around the object within reach of every level's blur and vote must be drawn too, as empty.
+  const int around = std::max(filter_.radius() + 2, HF_VOTE_RADIUS + 1) << (count - 1);
   const Rect at_level{object.x >> finest, object.y >> finest, (object.width >> finest) + 2,
                       (object.height >> finest) + 2};
-  const Rect rect = aligned(grown(at_level, margin), HF_TILE << (count - 1), level.padded_width, level.padded_height);
+  const Rect rect = aligned(grown(at_level, around), HF_TILE << (count - 1), level.padded_width, level.padded_height);
   if (rect.empty()) return false;
 
   const auto start = std::chrono::steady_clock::now();
   const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
-  auto& queue = device_.queue;
-  RenderTarget target;
-  target.rgba = static_cast<std::uint8_t*>(
-      queue.enqueueMapBuffer(rgba_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * 4));
-  target.depth = static_cast<float*>(
-      queue.enqueueMapBuffer(window_depth_, CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION, 0, pixel_count * sizeof(float)));
-  target.stride = rect.width;
-  const DepthRange range = renderer_.render(T_camera_object, level.camera, rect, target);
-  queue.enqueueUnmapMemObject(rgba_, target.rgba);
-  queue.enqueueUnmapMemObject(window_depth_, target.depth);
+  // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
+  // frame meanwhile.
+  if (copied_()) copied_.wait();
+  const DepthRange range =
+      renderer_.render(T_camera_object, level.camera, rect, {host_rgba_.data(), host_depth_.data(), rect.width});
+  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, 0, pixel_count * 4, host_rgba_.data());
+  device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
+                                   &copied_);
+  device_.queue.flush();
   render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 
   kernel::hf_view view{};
@@ -118,18 +117,21 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
     }
     const cl::Buffer& blurred = filter_.enqueue_blur(pixels_[l], levels_[l], level_rect);
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
-    const auto jump = static_cast<float>(depth_jump * (1 << l));
+    const auto jump = static_cast<float>(margin.depth_jump * (1 << l));
     template_planes_.setArg(0, blurred);
     template_planes_.setArg(1, planes.depth);
     template_planes_.setArg(2, levels_[l].layout);
     template_planes_.setArg(3, to_kernel(level_rect));
-    template_planes_.setArg(4, static_cast<float>(least_coverage));
-    template_planes_.setArg(5, jump);
-    template_planes_.setArg(6, planes.value);
-    template_planes_.setArg(7, planes.dx);
-    template_planes_.setArg(8, planes.dy);
-    template_planes_.setArg(9, static_cast<int>(levels_[l].elements));
-    template_planes_.setArg(10, planes.usable);
+    template_planes_.setArg(4, levels_[l].width);
+    template_planes_.setArg(5, levels_[l].height);
+    template_planes_.setArg(6, static_cast<float>(margin.least_coverage));
+    template_planes_.setArg(7, jump);
+    template_planes_.setArg(8, margin.jump_reach);
+    template_planes_.setArg(9, planes.value);
+    template_planes_.setArg(10, planes.dx);
+    template_planes_.setArg(11, planes.dy);
+    template_planes_.setArg(12, static_cast<int>(levels_[l].elements));
+    template_planes_.setArg(13, planes.usable);
     device_.enqueue_rows(template_planes_, level_rect.width, level_rect.height);
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};

@@ -26,10 +26,16 @@ class ViewTemplate {
   /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
   Rect bounds(const Pose& T_camera_object) const;
 
-  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. `least_coverage` (0 to
-  /// 1) is the share of the blur's reach that must be known surface for a pixel to be usable. Returns false when the
+  /// What is dropped at the silhouette and at depth jumps.
+  struct Margin {
+    double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
+    double depth_jump = 0.02;     ///< relative step in depth
+    int jump_reach = 1;           ///< pixels from a jump
+  };
+
+  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Returns false when the
   /// object is out of view. The call draws at once and enqueues the rest.
-  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, double least_coverage, double depth_jump);
+  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin);
 
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }
@@ -46,6 +52,9 @@ class ViewTemplate {
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
   cl::Buffer rgba_, window_depth_;
+  std::vector<std::uint8_t> host_rgba_;
+  std::vector<float> host_depth_;
+  cl::Event copied_;  ///< of the host memory
   cl::Kernel unpack_, halve_depth_, template_planes_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;

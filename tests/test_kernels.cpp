@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <cstdlib>
 #include <cstring>
 #include <random>
 #include <string>
@@ -31,7 +32,13 @@ Device make_device(Partition partition) {
   return Device(options);
 }
 
-std::vector<Partition> partitions() { return {Partition::strips, Partition::groups}; }
+/// Both, unless HOLDFAST_TEST_PARTITION names one: rusticl takes many minutes to compile strips.
+std::vector<Partition> partitions() {
+  const char* only = std::getenv("HOLDFAST_TEST_PARTITION");
+  if (only == nullptr) return {Partition::strips, Partition::groups};
+  REQUIRE(std::string(only) == "groups");
+  return {Partition::groups};
+}
 
 Level make_level(Size size) {
   Camera camera{size.width,        size.height, 1.1 * size.width + 3, 0.9 * size.width + 5, 0.4 * size.width,
@@ -519,10 +526,13 @@ void check_occlusion_tests(Size size) {
       CAPTURE(variant);
       OcclusionOptions options;
       if (variant == 1) options.all_channels = true;
-      if (variant == 2) options.compare_magnitudes = true;
+      if (variant == 2) {
+        options.compare_magnitudes = true;
+        options.difference_relative = 0;
+      }
       if (variant == 3) options.angle_test = false;
       if (variant == 4) options.gradient_test = options.magnitude_test = false;
-      const auto tests = make_tests(options, variant == 2 ? 0.0 : 0.5);
+      const auto tests = make_tests(options);
       on_device.run_tests(impl, scene, warp, tests);
       const auto classes = download<std::uint8_t>(impl, on_device.classes, scene.level.elements);
       const auto samples = download<float>(impl, on_device.samples, scene.level.elements * HF_SAMPLES);
@@ -569,7 +579,7 @@ void check_flow_constraints(Size size) {
     const Device::Impl& impl = device.impl();
     Scene scene(size, 33);
     DeviceScene on_device(impl, scene);
-    on_device.run_tests(impl, scene, small_warp(scene, 0.01), make_tests(OcclusionOptions{}, 0.5));
+    on_device.run_tests(impl, scene, small_warp(scene, 0.01), make_tests(OcclusionOptions{}));
     const auto classes = download<std::uint8_t>(impl, on_device.classes, scene.level.elements);
     const auto samples = download<float>(impl, on_device.samples, scene.level.elements * HF_SAMPLES);
     for (int variant = 0; variant < 4; ++variant) {
@@ -831,13 +841,17 @@ void check_template_planes(Size size) {
     kernel.setArg(1, depth_buffer);
     kernel.setArg(2, level.layout);
     kernel.setArg(3, to_kernel(whole(level)));
-    kernel.setArg(4, least_coverage);
-    kernel.setArg(5, 0.02f);
-    kernel.setArg(6, value);
-    kernel.setArg(7, dx);
-    kernel.setArg(8, dy);
-    kernel.setArg(9, static_cast<int>(level.elements));
-    kernel.setArg(10, usable);
+    const int reach = 2;
+    kernel.setArg(4, level.width);
+    kernel.setArg(5, level.height);
+    kernel.setArg(6, least_coverage);
+    kernel.setArg(7, 0.02f);
+    kernel.setArg(8, reach);
+    kernel.setArg(9, value);
+    kernel.setArg(10, dx);
+    kernel.setArg(11, dy);
+    kernel.setArg(12, static_cast<int>(level.elements));
+    kernel.setArg(13, usable);
     impl.enqueue_rows(kernel, level.padded_width, level.padded_height);
     const auto got_value = download<float>(impl, value, level.elements * 3);
     const auto got_dx = download<float>(impl, dx, level.elements * 3);
@@ -854,12 +868,16 @@ void check_template_planes(Size size) {
           bool good = in.get(x, y, 3) >= static_cast<double>(least_coverage);
           const int neighbours[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
           for (const auto& n : neighbours) {
-            const double other = depth.get(x + n[0], y + n[1], 0);
-            good = good && other > 0 && std::abs(other - z) <= 0.02 * z && in.get(x + n[0], y + n[1], 3) > 0.25;
+            good = good && in.get(x + n[0], y + n[1], 3) > 0.25;
+            for (int k = 1; k <= reach; ++k) {
+              const double other = depth.get(x + k * n[0], y + k * n[1], 0);
+              good = good && other > 0 && std::abs(other - z) <= 0.02 * z;
+            }
           }
           expected = good ? HF_USED : HF_UNUSABLE;
         }
         if (got_usable[e] != expected) ++wrong;
+        if (z <= 0) continue;  // nothing reads the planes there
         for (int c = 0; c < 3; ++c) {
           const auto i = e + static_cast<std::size_t>(c) * level.elements;
           const double wanted[3] = {z > 0 ? in.get(x, y, c) : 0,
@@ -882,7 +900,8 @@ void check_shift_scores(Size size) {
     const Device::Impl& impl = device.impl();
     Scene scene(size, 55);
     DeviceScene on_device(impl, scene);
-    const int radius = 2, side = 2 * radius + 1, step = 2;
+    // A step of 3 on large images: llvmpipe ends all loops of a kernel after 65535 passes.
+    const int radius = 2, side = 2 * radius + 1, step = size.width > 100 ? 3 : 2;
     const cl::Buffer scores = impl.zeroed_buffer(static_cast<std::size_t>(side * side) * sizeof(float));
     const cl_int4 sampled{{1, 1, size.width - 2, size.height - 2}};
     cl::Kernel kernel = impl.kernel("shift_scores");
