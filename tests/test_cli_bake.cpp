@@ -273,6 +273,15 @@ TEST_CASE("evaluate --marks: distances between marked points and where poses put
   CHECK(run.out.find("    0  held      5.0\n    2  held      5.0\n") != std::string::npos);
   CHECK(run.out.find("2 points: median 5.00, 95 % 5.00, largest 5.00 pixels") != std::string::npos);
 
+  const auto within = [&](const std::string& bounds) {
+    Arguments all = arguments;
+    all.insert(all.end(), {"marks.csv", "--within", bounds});
+    return inputs().run(all).exit_code;
+  };
+  CHECK(within("5.1,5.1") == kOk);
+  CHECK(within("4.9,5.1") == kLost);
+  CHECK(within("5.1,4.9") == kLost);
+
   inputs().folder().write("far.csv", "77,0,0,0,1,1\n");
   CHECK(evaluate("far.csv").exit_code == kInput);
   CHECK(evaluate("far.csv").err.find("frame 77") != std::string::npos);
