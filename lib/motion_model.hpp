@@ -20,12 +20,16 @@ class MotionModel {
   void reset(const Pose& T_camera_object);
   /// The next frame's pose was found.
   void advance(const Pose& T_camera_object);
-  /// It was not: stay where the object was last seen.
-  void stop();
+  /// It was not: the pose stays where the object was last seen.
+  void lose();
 
   const Pose& pose() const { return T_; }
 
+  bool lost() const { return lost_frames_ > 0; }
+
   /// The poses to try: constant velocity first when `velocity`, then no motion when `all` or when there is no velocity.
+  /// While the object is lost and `all`: where it was, where it would be had it gone on, and each of them turned,
+  /// another way every frame.
   Hypotheses hypotheses(bool velocity, bool all) const;
 
  private:
@@ -34,6 +38,10 @@ class MotionModel {
   Eigen::Vector3d displacement_ = Eigen::Vector3d::Zero();  ///< of the centre, a frame, camera frame
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();  ///< a frame, camera frame
   bool moving_ = false;
+  int lost_frames_ = 0;
+
+  Pose extrapolated(int frames) const;
+  Pose turned(const Pose& T_camera_object, int way) const;
 };
 
 }  // namespace holdfast

@@ -31,6 +31,8 @@ constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that are enough for a pose; larger objects are looked at in every second to eighth tile.
 constexpr double kEnoughPixels = 16000;
 constexpr int kMostThinning = 8;
+/// What it takes to be found again after a loss: share of gradient pixels used, correlation.
+constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
@@ -116,6 +118,7 @@ struct Tracker::Impl {
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  /// Held; to be found again after a loss takes more than to be held on to.
   bool is_good(const Estimate& estimate) const;
   void judge(const Estimate& estimate, FrameResult& result) const;
 
@@ -413,7 +416,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
                 coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
             add_start(estimate);
             // A first hypothesis that fits as well as usual needs no second.
-            if (estimate.solved && estimate.score > kUsualScore * usual_score_) break;
+            if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
@@ -442,8 +445,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
 
 bool Tracker::Impl::is_good(const Estimate& estimate) const {
   const double used_share = estimate.sums.used / std::max(1.0, estimate.sums.gradient);
-  return estimate.solved && used_share >= options_.lost_visible_share &&
-         estimate.correlation >= options_.lost_correlation;
+  const bool lost = motion_.lost();
+  return estimate.solved && used_share >= (lost ? kFoundShare : options_.lost_visible_share) &&
+         estimate.correlation >= (lost ? kFoundCorrelation : options_.lost_correlation);
 }
 
 void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
@@ -470,6 +474,8 @@ void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
     result.reason = "occluded or moved too fast";
   } else if (result.correlation < options_.lost_correlation) {
     result.reason = "the frame does not look like the model";
+  } else if (!is_good(estimate)) {
+    result.reason = "lost before, and not surely found again";
   } else {
     result.status = Status::held;
   }
@@ -506,7 +512,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     motion_.advance(result.T_camera_object);
   } else {
     restore(before);
-    motion_.stop();
+    motion_.lose();
     result.T_camera_object = motion_.pose();
   }
   return result;

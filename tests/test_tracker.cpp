@@ -352,6 +352,24 @@ TEST_CASE("the object gone: lost, with a reason; back at the same place: held") 
   CHECK(pose_error(sequence.pose(0), back.T_camera_object).millimetres < 1);
 }
 
+TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found again by itself") {
+  const Sequence sequence(box(), paper_camera(30, 3, 21));
+  Tracker tracker(box(), sequence.camera());
+  tracker.reset(sequence.pose(0));
+  cv::Mat hidden(sequence.camera().height, sequence.camera().width, CV_8UC3);
+  cv::randu(hidden, 0, 255);
+  cv::GaussianBlur(hidden, hidden, {}, 2);
+  FrameResult result;
+  for (int i = 0; i < sequence.size(); ++i) {
+    const bool visible = i < 10 || i >= 18;
+    result = tracker.track(view_of(visible ? sequence.frame(i) : hidden));
+    CAPTURE(i);
+    if (!visible) CHECK(result.status == Status::lost);
+    if (i < 10 || i >= 26) CHECK(result.status == Status::held);
+    if (result.status == Status::held) CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 2);
+  }
+}
+
 TEST_CASE("partly outside the frame, and leaving it") {
   const Sequence sequence(box(), paper_camera(1, 2, 18));
   SequenceOptions options = paper_camera(12, 8, 18);
