@@ -20,6 +20,7 @@
 #include "evaluation/protocol.hpp"
 #include "evaluation/report.hpp"
 #include "evaluation/sequence.hpp"
+#include "evaluation/statistics.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -48,6 +49,7 @@ struct EvaluateArguments {
   fs::path truth;
   bool partial = false;
   fs::path marks;
+  std::vector<double> within;
   fs::path camera;
 
   fs::path csv;
@@ -113,6 +115,13 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->group(marking);
   app.add_option("--camera", camera, "Camera of the frames that the points were marked in")
       ->type_name("FILE")
+      ->group(marking);
+
+  app.add_option("--within", within, "Most pixels that they may be off, median,largest; exit code 6 otherwise")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("PIXELS")
       ->group(marking);
 
   const std::string output = "Output";
@@ -292,13 +301,22 @@ void evaluate_poses(const EvaluateArguments& arguments) {
   report(arguments, provenance, {evaluation});
 }
 
-void evaluate_marks(const EvaluateArguments& arguments) {
+int evaluate_marks(const EvaluateArguments& arguments) {
   if (arguments.poses.empty() || arguments.camera.empty()) {
     throw Error(ErrorCode::invalid_argument, "--marks needs --poses and --camera");
   }
   const std::vector<MarkedPoint> marks = load_marked_points(arguments.marks);
   const EstimatedPoses poses = load_estimated_poses(arguments.poses);
-  fmt::print("{}", mark_table(mark_distances(marks, poses, io::load_camera(arguments.camera))));
+  const std::vector<MarkDistance> distances = mark_distances(marks, poses, io::load_camera(arguments.camera));
+  fmt::print("{}", mark_table(distances));
+  if (arguments.within.empty()) {
+    return kOk;
+  }
+  const Spread all = mark_spread(distances);
+  const bool within = all.median <= arguments.within[0] && all.maximum <= arguments.within[1];
+  fmt::print("allowed: median {:g}, largest {:g} pixels: {}\n", arguments.within[0], arguments.within[1],
+             within ? "met" : "missed");
+  return within ? kOk : kLost;
 }
 
 }  // namespace
@@ -314,8 +332,10 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   app::add_config_option(*command);
   command->callback([arguments, &exit_code] {
     if (!arguments->marks.empty()) {
-      app::evaluate_marks(*arguments);
-    } else if (arguments->poses.empty()) {
+      exit_code = app::evaluate_marks(*arguments);
+      return;
+    }
+    if (arguments->poses.empty()) {
       app::evaluate_tracker(*arguments);
     } else {
       app::evaluate_poses(*arguments);

@@ -12,7 +12,7 @@ enum ExitCode : int {
   kInput = 3,         ///< a model, video, camera or pose is missing, unreadable or unusable
   kNoDevice = 4,      ///< no OpenCL device or no renderer
   kOutput = 5,        ///< a file cannot be written
-  kLost = 6,          ///< track --require-held, and the object was lost
+  kLost = 6,          ///< track --require-held, and the object was lost; evaluate --within, and it is farther off
   kInterrupted = 130  ///< Ctrl-C; files are complete up to that frame
 };
 

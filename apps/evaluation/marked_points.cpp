@@ -10,7 +10,6 @@
 #include <limits>
 #include <sstream>
 
-#include "evaluation/statistics.hpp"
 #include "holdfast/error.hpp"
 
 namespace holdfast::evaluation {
@@ -76,19 +75,25 @@ std::vector<MarkDistance> mark_distances(const std::vector<MarkedPoint>& marks, 
   return distances;
 }
 
+Spread mark_spread(const std::vector<MarkDistance>& distances) {
+  std::vector<double> lengths;
+  for (const MarkDistance& distance : distances) {
+    lengths.push_back(distance.held ? distance.offset.norm() : std::numeric_limits<double>::infinity());
+  }
+  return spread(lengths);
+}
+
 std::string mark_table(const std::vector<MarkDistance>& distances) {
   std::string text = "frame  status  distances of the marked points, pixels\n";
-  std::vector<double> lengths;
   for (std::size_t i = 0; i < distances.size(); ++i) {
     const MarkDistance& distance = distances[i];
     if (i == 0 || distance.mark.frame != distances[i - 1].mark.frame) {
       text += fmt::format("{}{:>5}  {:<6}", i == 0 ? "" : "\n", distance.mark.frame, distance.held ? "held" : "lost");
     }
-    lengths.push_back(distance.offset.norm());
-    text += fmt::format("  {:5.1f}", lengths.back());
+    text += fmt::format("  {:5.1f}", distance.offset.norm());
   }
-  const Spread all = spread(lengths);
-  return text + fmt::format("\nall    {} points: median {:.2f}, 95 % {:.2f}, largest {:.2f} pixels\n", lengths.size(),
+  const Spread all = mark_spread(distances);
+  return text + fmt::format("\nall    {} points: median {:.2f}, 95 % {:.2f}, largest {:.2f} pixels\n", distances.size(),
                             all.median, all.p95, all.maximum);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "evaluation/sequence.hpp"
+#include "evaluation/statistics.hpp"
 #include "holdfast/camera.hpp"
 
 /// Poses against points that somebody marked in the frames: the check for recordings without true poses.
@@ -32,6 +33,9 @@ struct MarkDistance {
 /// One a mark, in the order of the marks. Throws Error(file) when a marked frame has no pose.
 std::vector<MarkDistance> mark_distances(const std::vector<MarkedPoint>& marks, const EstimatedPoses& poses,
                                          const Camera& camera);
+
+/// Distances of all marks, pixels; infinite where the object was not held.
+Spread mark_spread(const std::vector<MarkDistance>& distances);
 
 /// A line a frame with the distance of each of its marks, then median and largest of all. Pixels.
 std::string mark_table(const std::vector<MarkDistance>& distances);
