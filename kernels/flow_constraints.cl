@@ -35,8 +35,11 @@ __kernel void flow_constraints(__global const float* value, __global const float
   const int x0 = tx * HF_TILE + TILE_COLUMN;
   __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
 #if HF_STRIPS
-  /* Many tiles hold no pixel that passed: they are counted and done with. */
-  int16 visible_pixels = (int16)(0), usable_pixels = (int16)(0), gradient_pixels = (int16)(0), passes = (int16)(0);
+  /* Many tiles hold no pixel that passed: they are counted and done with. In floats, chosen: Oclgrind 21.10 counts 255
+     where a comparison's -1 is subtracted from an integer. */
+  const float16 nought = (float16)(0.0f), unit = (float16)(1.0f);
+  float16 visible_pixels = nought, usable_pixels = nought, gradient_pixels = nought;
+  int16 passes = (int16)(0);
   for (int row = 0; row < HF_TILE; ++row) {
     const int e = element(layout, x0, ty * HF_TILE + row);
     const uchar16 class = LOAD(classes + e);
@@ -45,20 +48,20 @@ __kernel void flow_constraints(__global const float* value, __global const float
       continue;
     }
     const int16 c = convert_int16(class & (uchar)15);
-    visible_pixels -= c != HF_NOT_VISIBLE;
-    usable_pixels -= c >= HF_NO_GRADIENT;
-    gradient_pixels -= convert_int16(class) >= HF_COUNTS_IN_VOTE;
+    visible_pixels += CHOOSE(nought, unit, c != HF_NOT_VISIBLE);
+    usable_pixels += CHOOSE(nought, unit, c >= HF_NO_GRADIENT);
+    gradient_pixels += CHOOSE(nought, unit, convert_int16(class) >= HF_COUNTS_IN_VOTE);
     passes |= c == HF_USED;
     STORE(class & (uchar)15, final_classes + e);
   }
   if (!any(passes)) {
-    for (int i = 0; i < HF_SUM_STRIDE; i += 16) STORE((float16)(0.0f), out + i);
-    int counts[3][16];
+    for (int i = 0; i < HF_SUM_STRIDE; i += 16) STORE(nought, out + i);
+    float counts[3][16];
     vstore16(visible_pixels, 0, counts[0]);
     vstore16(usable_pixels, 0, counts[1]);
     vstore16(gradient_pixels, 0, counts[2]);
     for (int k = 0; k < 3; ++k) {
-      int sum = 0;
+      float sum = 0.0f;
       for (int lane = 0; lane < 16; ++lane) sum += counts[k][lane];
       out[HF_SUM_VISIBLE + k] = sum;
     }
