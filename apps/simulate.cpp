@@ -284,6 +284,13 @@ void add_motion_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("N")
       ->capture_default_str()
       ->group(group);
+  command
+      .add_option("--ease", a.sequence.motion.ease,
+                  "sharp: frames to get up to speed, at the start and after each turn; 0: turns at full speed")
+      ->check(CLI::Range(0, 10000))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
   command.add_option("--distance", a.distance, "Nearest and farthest distance, metres [so that it fits the frame]")
       ->expected(2)
       ->delimiter(',')

@@ -379,6 +379,33 @@ TEST_CASE("Corners move as fast as asked for, and the object stays in view betwe
   }
 }
 
+TEST_CASE("Eased motion starts at rest, turns at rest, and gains speed evenly in between") {
+  const Mesh box = textured_box();
+  SequenceOptions options;
+  options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
+  options.frames = 300;
+  options.motion.style = MotionStyle::sharp;
+  options.motion.nearest = 0.6;
+  options.motion.farthest = 1.2;
+  options.motion.speed = 6;
+  options.motion.ease = 10;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    CAPTURE(seed);
+    options.seed = seed;
+    const Sequence sequence(box, options);
+    const std::vector<double> speeds = corner_speeds(sequence, box);
+    // Half an acceleration in the first frame; at most one more in each further one (a little more where the path's
+    // pixels are counted along a curve).
+    CHECK(speeds.front() == doctest::Approx(0.3).epsilon(0.05));
+    for (std::size_t i = 1; i < speeds.size(); ++i) CHECK(std::abs(speeds[i] - speeds[i - 1]) < 0.65);
+    CHECK(*std::max_element(speeds.begin(), speeds.end()) < 6.1);
+    CHECK(std::count_if(speeds.begin(), speeds.end(), [](double s) { return s > 5.8; }) > 120);
+    CHECK(summarize_motion(sequence.poses(), box, options.camera).turns >= options.motion.turns);
+  }
+  options.motion.ease = 60;
+  CHECK_THROWS_AS(Sequence(box, options), Error);
+}
+
 TEST_CASE("Smooth motion has no corners: its acceleration is small beside its speed") {
   const Mesh box = textured_box();
   SequenceOptions options;

@@ -225,6 +225,43 @@ class Polyline {
   std::vector<double> way_;  // at the end of each step
 };
 
+// How far along its straight pieces something is when it starts and ends each at rest, and has its speed in between.
+class Pace {
+ public:
+  Pace(double speed, int ease) : speed_(speed), ease_(ease) {}
+
+  double frames() const { return pieces_.empty() ? 0 : pieces_.back().end; }
+
+  void append(double length) {
+    const double way = pieces_.empty() ? 0 : pieces_.back().way + pieces_.back().length;
+    // Getting up to speed and to rest again takes the time of `ease` frames more than going on would.
+    const double ease = std::min<double>(ease_, length / speed_);
+    pieces_.push_back({way, length, frames(), frames() + length / speed_ + ease, ease});
+  }
+
+  double way_at(double frame) const {
+    for (const Piece& piece : pieces_) {
+      if (frame > piece.end && &piece != &pieces_.back()) continue;
+      const double since = std::clamp(frame - piece.begin, 0.0, piece.end - piece.begin);
+      const double left = piece.end - piece.begin - since;
+      if (since < piece.ease) return piece.way + 0.5 * speed_ * since * since / piece.ease;
+      if (left < piece.ease) return piece.way + piece.length - 0.5 * speed_ * left * left / piece.ease;
+      return piece.way + speed_ * (since - 0.5 * piece.ease);
+    }
+    return 0;
+  }
+
+ private:
+  struct Piece {
+    double way, length;  // of its begin, pixels
+    double begin, end;   // frames
+    double ease;
+  };
+  double speed_;
+  int ease_;
+  std::vector<Piece> pieces_;
+};
+
 PoseAt sharp_motion(const Stage& stage, const MotionOptions& options, int frames, std::uint64_t seed) {
   if (options.turns > frames - 2) {
     throw Error(ErrorCode::invalid_argument, "motion: " + std::to_string(options.turns) + " turns do not fit into " +
@@ -258,12 +295,17 @@ PoseAt sharp_motion(const Stage& stage, const MotionOptions& options, int frames
   };
 
   // One frame more at each end, for exposures that reach beyond the first and last.
-  const double total = options.speed * (frames + 1);
-  const double piece = total / (options.turns + 1);
+  const double total = frames + 1.0;
+  const double piece = options.speed * (total / (options.turns + 1) - options.ease);
+  if (piece < options.speed * std::max(2, options.ease)) {
+    throw Error(ErrorCode::invalid_argument,
+                "motion: no time to get up to speed between so many turns; ask for fewer turns or a shorter ease");
+  }
   const auto whole_frames = [&](double way) { return options.speed * std::floor(way / options.speed + 1e-6); };
   Polyline path(stage, random_pose());
   for (int i = 0; i < 200 && !stage.in_view(path.last()); ++i) path = Polyline(stage, random_pose());
-  while (path.length() < total) {
+  Pace pace(options.speed, options.ease);
+  while (pace.frames() < total) {
     // Slightly shorter than an even share, so that the turns fit in; whole frames long, so that turns fall on frames.
     const double wanted = std::max(options.speed, whole_frames(piece * random.uniform(0.75, 1.0)));
     Pose best = path.last();
@@ -284,8 +326,10 @@ PoseAt sharp_motion(const Stage& stage, const MotionOptions& options, int frames
                   "distance or rotation");
     }
     path.append(best);
+    pace.append(best_length);
   }
-  return [path, speed = options.speed](double frame) { return path.at(speed * (frame + 1.0)); };
+  const double start = options.ease > 0 ? 0.0 : 1.0;
+  return [path, pace, start](double frame) { return path.at(pace.way_at(frame + start)); };
 }
 
 void validate(const MotionOptions& options) {
@@ -297,6 +341,7 @@ void validate(const MotionOptions& options) {
   check(options.rotation_range >= 0 && options.rotation_range <= std::numbers::pi,
         "the rotation range must be 0 to pi");
   check(options.turns >= 0, "the number of turns must not be negative");
+  check(options.ease >= 0, "the frames to get up to speed must not be negative");
 }
 
 }  // namespace

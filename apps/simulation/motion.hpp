@@ -39,6 +39,7 @@ struct MotionOptions {
   double nearest = 0;           ///< of the object's centre, metres; 0: where the object fills the frame's height well
   double farthest = 0;          ///< metres; 0: twice the nearest
   double rotation_range = 0.6;  ///< farthest turn away from the middle orientation about any axis, radians
+  int ease = 0;                 ///< sharp: frames to get up to speed from rest, and to rest before a turn; 0: at once
   int turns = 6;                ///< sharp: changes of direction by 90 degrees or more, at least
   double margin = 8;            ///< pixels between the object and the frame's edge, where it fits
   /// R_camera_object that the motion turns about; the default shows the front, top and one side of an object with y up.
