@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "evaluation/frame_pictures.hpp"
 #include "evaluation/holdfast_run.hpp"
 #include "evaluation/marked_points.hpp"
 #include "evaluation/model_choice.hpp"
@@ -55,6 +56,8 @@ struct EvaluateArguments {
   fs::path csv;
   fs::path json;
   fs::path plots;
+  fs::path pictures;
+  std::vector<int> picture_frames;
   bool details = false;
   bool quiet = false;
 
@@ -130,7 +133,21 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("--plots", plots, "Errors over time and accuracy curves as PNG (needs python3-matplotlib)")
       ->type_name("FOLDER")
       ->group(output);
-  app.add_flag("--details", details, "A second table: ADD, ADD-S, depth, lateral, coverage, losses")->group(output);
+  CLI::Option* chosen = app.add_option("--picture-frames", picture_frames, "Frames to draw: --picture-frames 0,25,50")
+                            ->delimiter(',')
+                            ->allow_extra_args(false)
+                            ->check(CLI::NonNegativeNumber)
+                            ->type_name("N,...")
+                            ->group(output);
+  CLI::Option* pictured =
+      app.add_option("--pictures", pictures, "These frames as PNG: outline, and which pixels were used or rejected")
+          ->type_name("FOLDER")
+          ->group(output)
+          ->needs(chosen);
+  chosen->needs(pictured);
+  app.add_flag("--details", details,
+               "A second table: ADD, ADD-S, depth, lateral, coverage, pixels on occluders, losses")
+      ->group(output);
   app.add_flag("--quiet", quiet, "No progress")->group(output);
 
   tracker.add_to(app);
@@ -149,10 +166,11 @@ void prepare_outputs(const EvaluateArguments& arguments) {
   require_writable(arguments.json);
   if (!arguments.plots.empty()) {
     require_plotting();
+  }
+  for (const fs::path& folder : {arguments.plots, arguments.pictures}) {
     std::error_code failed;
-    fs::create_directories(arguments.plots, failed);
-    if (failed) {
-      throw Error(ErrorCode::output, fmt::format("{}: cannot be made a folder", arguments.plots.string()));
+    if (!folder.empty() && !fs::create_directories(folder, failed) && failed) {
+      throw Error(ErrorCode::output, fmt::format("{}: cannot be made a folder", folder.string()));
     }
   }
 }
@@ -250,7 +268,17 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
     const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
     Tracker tracker(mesh, sequence.camera, options, device);
     provenance.tracker = tracker.description();
-    const TrackerUnderTest tested = under_test(tracker, sequence);
+    TrackerUnderTest tested = under_test(tracker, sequence);
+    std::optional<FramePictures> pictures;
+    if (!arguments.pictures.empty()) {
+      pictures.emplace(mesh, sequence, tracker, arguments.pictures, arguments.picture_frames);
+      tested.inspect = [&pictures, others = tested.inspect](FrameRecord& record) {
+        if (others) {
+          others(record);
+        }
+        pictures->draw(record);
+      };
+    }
     for (const int step : arguments.steps) {
       protocol.step = step;
       evaluations.push_back(track_at_step(sequence, tested, protocol));

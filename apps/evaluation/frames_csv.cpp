@@ -20,7 +20,8 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
   std::ofstream out(path);
   out << "sequence,step,offset,frame,visible,counted,failed,status,reason,error_mm,error_x_mm,error_y_mm,error_z_mm,"
          "error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,passed_pixels,"
-         "used_pixels,rows,iterations,ms,ms_upload,ms_render,ms_filter,ms_search,ms_solve";
+         "used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,ms_search,ms_"
+         "solve";
   for (const char* whose : {"true", "estimated"}) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
@@ -45,6 +46,7 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
       out << fmt::format(",{:.5f},{:.6f},{},{},{},{},{},{},{}", result.correlation, result.residual,
                          result.visible_pixels, result.usable_pixels, result.gradient_pixels, result.passed_pixels,
                          result.used_pixels, result.rows, result.iterations);
+      out << (record.occluder ? fmt::format(",{},{}", record.occluder->used, record.occluder->on_occluder) : ",,");
       out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
                          result.ms.render, result.ms.filter, result.ms.search, result.ms.solve);
       for (const Pose* pose : {&record.T_camera_object_true, &result.T_camera_object}) {

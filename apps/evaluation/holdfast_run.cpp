@@ -5,6 +5,7 @@
 #include <chrono>
 #include <opencv2/imgcodecs.hpp>
 
+#include "evaluation/occluder_use.hpp"
 #include "holdfast/error.hpp"
 
 namespace holdfast::evaluation {
@@ -24,6 +25,12 @@ TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
     result.ms.total = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
     return result;
   };
+  if (!sequence.occluder_masks.empty()) {
+    out.inspect = [&tracker, &sequence](FrameRecord& record) {
+      const std::filesystem::path& path = sequence.occluder_masks.at(static_cast<std::size_t>(record.frame));
+      record.occluder = occluder_use(tracker.pixel_mask(), load_occluder_mask(path, sequence.camera));
+    };
+  }
   return out;
 }
 

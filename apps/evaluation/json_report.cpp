@@ -37,6 +37,13 @@ ordered_json json_of(const std::optional<DistanceScores>& scores) {
           {"mm", json_of(scores->distance, kMillimetres)}};
 }
 
+ordered_json json_of(const std::optional<OccluderShare>& occluder) {
+  if (!occluder) {
+    return {};
+  }
+  return {{"frames", occluder->frames}, {"share", occluder->share}, {"worst_frame", occluder->worst_frame}};
+}
+
 ordered_json json_of(const Loss& loss) {
   return {{"offset", loss.offset},
           {"first_frame", loss.first_frame},
@@ -74,6 +81,7 @@ ordered_json json_of(const Summary& summary) {
             {"inside_95", summary.coverage.inside_95},
             {"median_chi_squared", summary.coverage.median_squared},
             {"expected_median_chi_squared", kChiSquared6Median}}},
+          {"occluder_pixels_used", json_of(summary.occluder)},
           {"ms_median", summary.ms_median},
           {"ms_p95", summary.ms_p95}};
 }

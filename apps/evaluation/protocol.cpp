@@ -65,6 +65,9 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
     record.visible = visible.empty() ? 1.0 : visible[frame];
     record.counted = record.visible >= options.minimum_visible;
     record.failed = record.counted && !options.failure.holds(record.error);
+    if (tracker.inspect) {
+      tracker.inspect(record);
+    }
     // Where the truth cannot be started from, the next frame fails too and brings the next attempt.
     if (resets && record.failed && try_reset(tracker, truth[frame]) && options.show_start_frame) {
       tracker.track(frame);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,12 +10,16 @@
 
 namespace holdfast::evaluation {
 
+struct FrameRecord;
+
 /// What a protocol needs of a tracker; any will do.
 struct TrackerUnderTest {
   /// The object is at this pose; forget everything else. May throw Error(pose) where the pose cannot be started from.
   std::function<void(const Pose& T_camera_object)> reset;
   /// Where is it in the frame of this index? `ms.total` of the answer is what the frame cost.
   std::function<FrameResult(int frame)> track;
+  /// May be empty. Called after every frame that counts as tracked, with its record: a look at the tracker's inside.
+  std::function<void(FrameRecord& record)> inspect = {};
 };
 
 enum class Protocol {
@@ -34,6 +39,13 @@ struct ProtocolOptions {
   bool show_start_frame = false;
 };
 
+/// Pixels that decided a pose, and how many of them show an occluder and not the object.
+struct OccluderUse {
+  int used = 0;
+  int on_occluder = 0;
+  bool overlaps = false;  ///< the occluder covers some of the object as rendered at the estimated pose
+};
+
 /// One frame that the tracker was asked for.
 struct FrameRecord {
   int frame = 0;
@@ -42,11 +54,12 @@ struct FrameRecord {
   Pose T_camera_object_true = Pose::Identity();
   FrameResult result;  ///< result.ms.total: wall time of tracking without loading the image; 0 where unknown
   PoseError error;
-  double visible = 1;   ///< visible share of the object's silhouette
-  bool counted = true;  ///< visible enough
-  bool failed = false;  ///< beyond ProtocolOptions::failure; never where not counted
-  double add = -1;      ///< metres, ModelPoints::add(); negative: not computed
-  double add_s = -1;    ///< metres
+  double visible = 1;                   ///< visible share of the object's silhouette
+  bool counted = true;                  ///< visible enough
+  bool failed = false;                  ///< beyond ProtocolOptions::failure; never where not counted
+  double add = -1;                      ///< metres, ModelPoints::add(); negative: not computed
+  double add_s = -1;                    ///< metres
+  std::optional<OccluderUse> occluder;  ///< where the sequence tells where occluders are
 };
 
 /// Runs one tracker over one sequence. `truth` holds a pose a frame, `visible` a share a frame or nothing (all

@@ -134,6 +134,14 @@ void load_plain(Sequence& sequence) {
   if (fs::exists(visible)) {
     sequence.visible = load_shares(visible);
   }
+  const fs::path masks = sequence.folder / "masks";
+  if (fs::is_directory(masks)) {
+    sequence.occluder_masks = images_in(masks);
+    if (sequence.occluder_masks.size() != sequence.truth.size()) {
+      bad_file(masks, fmt::format("{} images but {} true poses in poses_gt.txt; one a frame is needed",
+                                  sequence.occluder_masks.size(), sequence.truth.size()));
+    }
+  }
   check_counts(sequence, truth_file);
   complete_camera(sequence);
 }

@@ -16,14 +16,16 @@ struct Sequence {
   std::filesystem::path folder;               ///< as given
   std::vector<std::filesystem::path> frames;  ///< image files in order; empty where the folder has none
   std::vector<Pose> truth;                    ///< T_camera_object, one a frame
-  std::vector<double> visible;                ///< visible share of the silhouette, one a frame; empty: not known
-  Camera camera;                              ///< of the frames; size 0 where there are no frames
-  double model_scale = 1;                     ///< turns the unit of the models that belong to this format into metres
+  /// Grey images, bright where a pixel shows an occluder, one a frame; empty: not known.
+  std::vector<std::filesystem::path> occluder_masks;
+  std::vector<double> visible;  ///< visible share of the silhouette, one a frame; empty: not known
+  Camera camera;                ///< of the frames; size 0 where there are no frames
+  double model_scale = 1;       ///< turns the unit of the models that belong to this format into metres
 };
 
 /// Reads a folder of either layout:
 /// - frames/ (images in the order of their names), K.txt or camera.yml/.yaml/.json/.xml, poses_gt.txt (a line a frame,
-///   metres) and, where known, visible.txt (a share a line);
+///   metres) and, where known, visible.txt (a share a line) and masks/ (where occluders are seen, an image a frame);
 /// - a BOP scene: scene_camera.json, scene_gt.json, rgb/ or gray/, scene_gt_info.json where there is one (millimetres,
 ///   turned into metres here). `bop_object` picks the object; without it the scene must hold one object only.
 /// Throws Error(file), Error(pose), Error(camera) or Error(image): one line that names the file.

@@ -101,6 +101,29 @@ Coverage coverage_of(const std::vector<double>& normalized_squared) {
   return out;
 }
 
+std::optional<OccluderShare> occluder_share(std::span<const FrameRecord> records) {
+  OccluderShare out;
+  double used = 0;
+  double on_occluder = 0;
+  for (const FrameRecord& record : records) {
+    if (!record.counted || !record.occluder || !record.occluder->overlaps) {
+      continue;
+    }
+    ++out.frames;
+    used += record.occluder->used;
+    on_occluder += record.occluder->on_occluder;
+    if (record.occluder->used > 0) {
+      out.worst_frame =
+          std::max(out.worst_frame, static_cast<double>(record.occluder->on_occluder) / record.occluder->used);
+    }
+  }
+  if (out.frames == 0) {
+    return std::nullopt;
+  }
+  out.share = used > 0 ? on_occluder / used : 0;
+  return out;
+}
+
 }  // namespace
 
 Summary summarize(std::span<const FrameRecord> records, const Tolerance& failure, double diameter) {
@@ -174,6 +197,7 @@ Summary summarize(std::span<const FrameRecord> records, const Tolerance& failure
     out.add_s = distance_scores(add_s, diameter);
   }
   out.coverage = coverage_of(covered);
+  out.occluder = occluder_share(records);
   out.ms_median = quantile(ms, 0.5);
   out.ms_p95 = quantile(ms, 0.95);
   return out;

@@ -47,6 +47,14 @@ struct Coverage {
   double median_squared = 0;  ///< median of normalized_error_squared(); 5.35 where the covariance is right
 };
 
+/// Pixels of occluders among those that decided poses, over the counted frames in which an occluder covers some of the
+/// object.
+struct OccluderShare {
+  int frames = 0;
+  double share = 0;        ///< of all pixels used in these frames
+  double worst_frame = 0;  ///< largest share in one of these frames
+};
+
 /// Figures of one step, over all offsets.
 struct Summary {
   int frames = 0;   ///< counted
@@ -72,6 +80,7 @@ struct Summary {
   int lost_frames = 0;        ///< counted frames reported lost
   int confidently_wrong = 0;  ///< counted frames reported held while more than 20 mm or 5 degrees off
   Coverage coverage;
+  std::optional<OccluderShare> occluder;  ///< where there are such frames and the sequence says where occluders are
 
   double ms_median = 0;  ///< milliseconds a frame; NaN where not known
   double ms_p95 = 0;

@@ -157,6 +157,7 @@ std::vector<Column> columns_of_details(bool rbot) {
       part("95%", &Summary::lateral, &Spread::p95, kMillimetres),
       part("max", &Summary::lateral, &Spread::maximum, kMillimetres),
       share("cover%", [](const Summary& s) { return s.coverage.inside_95; }),
+      share("occluder%", [](const Summary& s) { return s.occluder ? s.occluder->share : kNone; }),
       number("chi2", [](const Summary& s) { return s.coverage.median_squared; }),
   };
   if (!rbot) {
