@@ -27,7 +27,8 @@ class DeviceImage {
   void enqueue_features(int level, const Rect& rect_of_level);
 
   const cl::Buffer& features(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].features; }
-  /// Level pixels [x, x + width) x [y, y + height) whose features are exact.
+  /// Level pixels [x, x + width) x [y, y + height) whose features are exact; none of them lacks a source in the
+  /// recorded frame.
   const Rect& valid(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].valid; }
   /// One channel only.
   bool grey() const { return grey_; }
@@ -45,6 +46,7 @@ class DeviceImage {
   Camera camera_;
   const std::vector<Level>& levels_;
   ImageFilter& filter_;
+  Rect shown_;  ///< of the ideal image, level 0: what the recorded frame shows whatever the lens does
   std::vector<LevelBuffers> levels_buffers_;
   cl::Buffer staging_;
   std::array<cl::Kernel, 6> convert_;
