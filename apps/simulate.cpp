@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -21,6 +22,7 @@
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
+#include "trackability/report.hpp"
 
 namespace holdfast {
 namespace {
@@ -35,6 +37,7 @@ struct SimulateArguments {
   SequenceFileOptions files;
   BoxOptions box;
   bool quiet = false;
+  bool report = false;
 
   std::string model = "box";
   double model_scale = 1;
@@ -163,7 +166,7 @@ void print_progress(int frame, int frames, double seconds) {
   if (frame + 1 == frames) fmt::print(stderr, "\r{:60}\r", "");
 }
 
-void run(const SimulateArguments& arguments, bool frames_given) {
+SequenceOptions sequence_options(const SimulateArguments& arguments, bool frames_given) {
   SequenceOptions options = arguments.sequence;
   options.camera = camera_of(arguments);
   options.motion = motion_of(arguments);
@@ -172,7 +175,52 @@ void run(const SimulateArguments& arguments, bool frames_given) {
   }
   options.occluders = occluders_of(arguments);
   options.lighting = lighting_of(arguments);
+  return options;
+}
+
+/// The sequence's folder, with the box's model where that is what moves. Returns the model's file.
+std::filesystem::path write_all(const SimulateArguments& arguments, const SequenceOptions& options, const Mesh& mesh,
+                                const std::function<void(int, const SimulatedFrame&)>& after_frame) {
+  write_sequence(Sequence(mesh, options), arguments.folder, arguments.files, after_frame);
+  if (arguments.model != "box") return arguments.model;
+  std::filesystem::path model = arguments.folder / "model" / "model.obj";
+  std::filesystem::create_directories(model.parent_path());
+  io::save_model(model, mesh);
+  return model;
+}
+
+/// Tracks what is simulated and says how that went. Frames are written as well where a folder is given.
+void report(const SimulateArguments& arguments, const SequenceOptions& options, const Mesh& mesh) {
+  const bool show_progress = !arguments.quiet && isatty(STDERR_FILENO) == 1;
+  const auto announce = [show_progress](const std::string& what) {
+    if (show_progress) fmt::print(stderr, "\r{:60}\r{}", "", what);
+  };
+  announce("trying what was asked for");
+  const Device device;
+  trackability::TrialResult asked;
+  if (arguments.folder.empty()) {
+    asked = trackability::run_trial(Sequence(mesh, options), mesh, device, arguments.files.threads);
+  } else {
+    trackability::Trial trial(mesh, options.camera, device);
+    write_all(arguments, options, mesh, [&trial](int, const SimulatedFrame& frame) { trial.add(frame); });
+    asked = trial.result();
+  }
+  const trackability::Findings findings =
+      trackability::investigate(options, mesh, asked, device, arguments.files.threads, announce);
+  announce("");
+  fmt::print("{}", trackability::report_text(findings));
+}
+
+void run(const SimulateArguments& arguments, bool frames_given) {
+  if (arguments.folder.empty() && !arguments.report) {
+    throw Error(ErrorCode::invalid_argument, "FOLDER is missing: where the sequence goes (--report alone needs none)");
+  }
+  const SequenceOptions options = sequence_options(arguments, frames_given);
   const Mesh mesh = object_mesh(arguments);
+  if (arguments.report) {
+    report(arguments, options, mesh);
+    return;
+  }
   const Sequence sequence(mesh, options);
 
   const bool show_progress = !arguments.quiet && isatty(STDERR_FILENO) == 1;
@@ -181,17 +229,11 @@ void run(const SimulateArguments& arguments, bool frames_given) {
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   double least_visible = 1;
   double visible_sum = 0;
-  write_sequence(sequence, arguments.folder, arguments.files, [&](int i, const SimulatedFrame& frame) {
+  const std::filesystem::path model = write_all(arguments, options, mesh, [&](int i, const SimulatedFrame& frame) {
     least_visible = std::min(least_visible, frame.visible_share);
     visible_sum += frame.visible_share;
     if (show_progress) print_progress(i, sequence.size(), seconds());
   });
-  std::filesystem::path model = arguments.model;
-  if (arguments.model == "box") {
-    model = arguments.folder / "model" / "model.obj";
-    std::filesystem::create_directories(model.parent_path());
-    io::save_model(model, mesh);
-  }
   if (arguments.quiet) return;
   const MotionSummary motion = summarize_motion(sequence.poses(), mesh, options.camera);
   fmt::print("{} frames of {}x{} in {} ({:.0f} ms a frame)\n", sequence.size(), options.camera.width,
@@ -417,10 +459,14 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "simulate",
       "Make a sequence with exact ground truth: a model moving before a background, with occluders, light and a\n"
-      "camera's flaws. Writes frames/, K.txt, poses_gt.txt and visible.txt. To ask whether your object can be\n"
-      "tracked at your distance, run 'holdfast evaluate' on the folder.");
+      "camera's flaws. Writes frames/, K.txt, poses_gt.txt and visible.txt. --report answers whether your object can\n"
+      "be tracked with your camera at your distance.");
   auto arguments = std::make_shared<SimulateArguments>();
-  command->add_option("folder", arguments->folder, "Where the sequence goes")->required()->type_name("FOLDER");
+  command->add_option("folder", arguments->folder, "Where the sequence goes; may be left out with --report")
+      ->type_name("FOLDER");
+  command->add_flag("--report", arguments->report,
+                    "Can it be tracked? Follows the object through the frames, tries faster motion and a bar in front, "
+                    "and says how that went");
   add_sequence_options(*command, *arguments);
   add_object_options(*command, *arguments);
   add_motion_options(*command, *arguments);

@@ -9,12 +9,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
 #include "config_file.hpp"
 #include "evaluation/model_choice.hpp"
+#include "evaluation/occluder_use.hpp"
 #include "evaluation/plots.hpp"
 #include "evaluation/pose_comparison.hpp"
 #include "evaluation/report.hpp"
@@ -176,6 +178,14 @@ TEST_CASE("sequence folder: bad input") {
     folder.write("visible.txt", "1\n1.5\n");
     CHECK(contains(message(ErrorCode::file, folder), "line 2"));
   }
+  SUBCASE("fewer occluder masks than poses") {
+    const Folder folder;
+    write_sequence(folder);
+    folder.write_image("masks/000000.png");
+    const std::string text = message(ErrorCode::file, folder);
+    CHECK(contains(text, "masks"));
+    CHECK(contains(text, "1 images but 2 true poses"));
+  }
   SUBCASE("a pose that is no rotation") {
     const Folder folder;
     write_sequence(folder);
@@ -272,6 +282,59 @@ TEST_CASE("BOP scene: bad input") {
       "10": {"cam_K": [70,0,31.5, 0,61,23.5, 0,0,1]}})");
     CHECK(contains(message(ErrorCode::file), "another cam_K"));
   }
+}
+
+TEST_CASE("occluder use: pixels at least half covered count, and only where the object is") {
+  // A row of every class, on the occluder at the left and beside it at the right.
+  PixelMask decisions{.width = 14, .height = 2, .classes = std::vector<std::uint8_t>(28)};
+  cv::Mat occluder(2, 14, CV_8U, cv::Scalar(0));
+  for (int x = 0; x < 14; ++x) {
+    decisions.classes[x] = static_cast<std::uint8_t>(x % 7);
+    occluder.at<std::uint8_t>(0, x) = x < 7 ? 128 : 127;
+    decisions.classes[14 + x] = x < 3 ? 6 : 0;
+  }
+  const OccluderUse use = occluder_use(decisions, occluder);
+  CHECK(use.used == 5);
+  CHECK(use.on_occluder == 1);
+  CHECK(use.overlaps);
+
+  occluder.row(0).setTo(0);
+  occluder.at<std::uint8_t>(1, 13) = 255;  // where the object is not
+  CHECK(occluder_use(decisions, occluder).on_occluder == 0);
+  CHECK_FALSE(occluder_use(decisions, occluder).overlaps);
+  message_of(ErrorCode::image, [&] { occluder_use(decisions, cv::Mat(2, 13, CV_8U, cv::Scalar(0))); });
+}
+
+TEST_CASE("occluder masks: seen as the tracker sees frames, without lens distortion") {
+  const Folder folder;
+  Camera camera{200, 150, 180, 180, 99.5, 74.5, {}};
+  cv::Mat recorded(150, 200, CV_8U, cv::Scalar(0));
+  camera.distortion = {-0.2, 0.05, 0, 0};
+  const Eigen::Vector2d at = camera.distort({20, 30});
+  cv::circle(recorded, cv::Point2d(at.x(), at.y()), 4, cv::Scalar(255), cv::FILLED);
+  cv::imwrite((folder / "mask.png").string(), recorded);
+  const cv::Mat straight = load_occluder_mask(folder / "mask.png", camera);
+  CHECK(straight.at<std::uint8_t>(30, 20) == 255);
+  const cv::Moments moments = cv::moments(straight);
+  CHECK(moments.m10 / moments.m00 == doctest::Approx(20).epsilon(0.03));
+  CHECK(moments.m01 / moments.m00 == doctest::Approx(30).epsilon(0.03));
+  folder.write("bad.png", "none");
+  CHECK(contains(message_of(ErrorCode::file, [&] { load_occluder_mask(folder / "bad.png", camera); }), "bad.png"));
+}
+
+TEST_CASE("summary: occluder pixels over the counted frames that an occluder touches") {
+  std::vector<FrameRecord> records(5);
+  records[0].occluder = OccluderUse{.used = 100, .on_occluder = 10, .overlaps = true};
+  records[1].occluder = OccluderUse{.used = 300, .on_occluder = 0, .overlaps = true};
+  records[2].occluder = OccluderUse{.used = 999, .on_occluder = 0, .overlaps = false};
+  records[3].occluder = OccluderUse{.used = 100, .on_occluder = 100, .overlaps = true};
+  records[3].counted = false;
+  const Summary summary = summarize(records, tolerance_mm_deg(50, 5));
+  REQUIRE(summary.occluder);
+  CHECK(summary.occluder->frames == 2);
+  CHECK(summary.occluder->share == doctest::Approx(0.025));
+  CHECK(summary.occluder->worst_frame == doctest::Approx(0.1));
+  CHECK_FALSE(summarize(std::span(records).subspan(2), tolerance_mm_deg(50, 5)).occluder);
 }
 
 TEST_CASE("estimated poses: the table of 'holdfast track'") {

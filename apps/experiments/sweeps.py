@@ -1,0 +1,121 @@
+"""One thing varied at a time: thresholds, blur, speed, contrast, distance."""
+
+import measures
+import plots
+from document import table
+from measures import spread
+from work import tracker_options
+
+OF_TRACKER = ("gradient-minimum", "angle-maximum", "difference-maximum", "blur-sigma")
+LABELS = {
+    "gradient-minimum": "$t_{gm}$, grey levels of 255 a pixel",
+    "angle-maximum": "$t_\\theta$, degrees",
+    "difference-maximum": "$t_{md}$, grey levels of 255 a pixel",
+    "blur-sigma": "standard deviation of the Gaussian, pixels",
+    "speed": "fastest corner, pixels a frame",
+    "box-contrast": "contrast of the print",
+    "distance": "nearest distance, m",
+}
+# Shown in these units.
+UNITS = {"gradient-minimum": 255, "angle-maximum": 57.29578, "difference-maximum": 255}
+
+
+def values_of(settings):
+    return settings.get("values") or [settings["base"] * factor for factor in settings["factors"]]
+
+
+def steps(scenario, seeds):
+    """How many results a run makes, at most."""
+    sweeps = scenario["sweeps"]
+    seeds, trackers = min(seeds, sweeps["seeds"]), len(sweeps["trackers"])
+    total = sum(trackers * len(values_of(sweeps[name])) for name in OF_TRACKER)
+    total += len(sweeps["speed"]["simulated"]) * (seeds + trackers) + trackers
+    return total + sum(len(sweeps[name]["values"]) * (seeds + trackers) for name in ("box-contrast", "distance"))
+
+
+def figures(evaluations):
+    """Per cent within 10 mm and 2 degrees, and median error (mm) of frames that did not fail, a sequence each."""
+    shares = [100 * e["summary"]["within_10mm_2deg"]["share"] for e in evaluations]
+    errors = [e["summary"]["translation_mm_not_failed"]["median"] for e in evaluations]
+    return shares, [error for error in errors if error is not None]
+
+
+def sequences_with(work, sweep, seeds, value, settings, changes):
+    name = "{}/{:g}".format(sweep, value)
+    common = {key: settings[key] for key in ("frames", "turns")}
+    return [work.sequence(name, seed, {**common, **changes}) for seed in seeds]
+
+
+def of_tracker(work, scenario, name, seeds, folders):
+    settings = scenario["sweeps"][name]
+    curves = {}
+    for tracker in scenario["sweeps"]["trackers"]:
+        points = []
+        for value in values_of(settings):
+            options = tracker_options({**scenario["trackers"][tracker], name: "{:.6g}".format(value)})
+            run = work.run("sweeps/{}/{}-{:.4g}".format(name, tracker, value), folders[settings["scene"]][:len(seeds)], options)
+            points.append((value * UNITS.get(name, 1), *figures(run.evaluations())))
+        curves[scenario["trackers"][tracker]["title"]] = points
+    return curves
+
+
+def of_scene(work, scenario, name, seeds):
+    settings = scenario["sweeps"][name]
+    curves = {}
+    for tracker in scenario["sweeps"]["trackers"]:
+        points = []
+        for value in settings["values"]:
+            changes = {"distance": "{:g},{:g}".format(value, 1.2 * value)} if name == "distance" else {name: value}
+            sequences = sequences_with(work, name, seeds, value, settings, changes)
+            run = work.run("sweeps/{}/{}-{:g}".format(name, tracker, value), sequences,
+                           tracker_options(scenario["trackers"][tracker]))
+            points.append((value, *figures(run.evaluations())))
+        curves[scenario["trackers"][tracker]["title"]] = points
+    return curves
+
+
+def of_speed(work, scenario, seeds, folders):
+    settings = scenario["sweeps"]["speed"]
+    curves = {}
+    for tracker in scenario["sweeps"]["trackers"]:
+        options = tracker_options(scenario["trackers"][tracker])
+        points = []
+        for value in settings["simulated"]:
+            sequences = sequences_with(work, "speed", seeds, value, settings, {"speed": value})
+            run = work.run("sweeps/speed/{}-{:g}".format(tracker, value), sequences, options)
+            points.append((value, *figures(run.evaluations())))
+        run = work.run("sweeps/speed/{}-steps".format(tracker), folders["free"][:len(seeds)], options,
+                       ["--step", ",".join(map(str, settings["steps"]))])
+        for step in settings["steps"]:
+            points.append((step * scenario["simulate"]["speed"],
+                           *figures([e for e in run.evaluations() if e["step"] == step])))
+        curves[scenario["trackers"][tracker]["title"]] = points
+    return curves
+
+
+def as_table(label, curves):
+    rows = []
+    for name, points in curves.items():
+        rows.append([name + ": frames, %"] + [spread(shares, 1) for _, shares, _ in points])
+        rows.append([name + ": median, mm"] + [spread(errors) for _, _, errors in points])
+    at = [value for value, _, _ in next(iter(curves.values()))]
+    return table([label.replace("\\theta", "θ").replace("$", "").replace("{", "").replace("}", "")]
+                 + ["{:.3g}".format(value) for value in at], rows)
+
+
+def run(work, scenario, seeds, folders, images):
+    """The tables of all sweeps, by name; draws their plots."""
+    seeds = list(seeds)[:scenario["sweeps"]["seeds"]]
+    parts = {}
+    for name, label in LABELS.items():
+        if name in OF_TRACKER:
+            curves = of_tracker(work, scenario, name, seeds, folders)
+        elif name == "speed":
+            curves = of_speed(work, scenario, seeds, folders)
+        else:
+            curves = of_scene(work, scenario, name, seeds)
+        base = scenario["sweeps"][name].get("base")
+        plots.sweep(images / "sweep_{}.png".format(name), label, curves, name != "blur-sigma",
+                    base * UNITS[name] if base else None)
+        parts["sweep-" + name] = as_table(label, curves)
+    return parts

@@ -1,0 +1,196 @@
+"""The tables of docs/experiments.md that compare with the paper, and what must hold."""
+
+import re
+import statistics
+
+import measures
+from document import table
+from measures import spread, text
+
+QUARTER = 0.25
+
+
+class Bound:
+    """One thing that must hold: a figure a seed, and whether it is good."""
+
+    def __init__(self, row, case, who, wanted, values, good, digits=2, needed=None):
+        self.row, self.case, self.who, self.wanted = row, case, who, wanted
+        self.values = list(values)
+        self.good = [good(value) for value in self.values]
+        self.needed = len(self.good) if needed is None else max(1, round(needed * len(self.good)))
+        self.digits = digits
+
+    def met(self):
+        return sum(self.good) >= self.needed
+
+    def cells(self):
+        return [self.row, self.case, self.who, self.wanted, spread(self.values, self.digits),
+                "{} of {}".format(sum(self.good), len(self.good)), "met" if self.met() else "**missed**"]
+
+
+def below(limit):
+    return lambda value: value is not None and value <= limit
+
+
+def tests_off(row, case, sequences):
+    """Without tests the object must be lost, or the occluder is too easy."""
+    seen = [[r for r in rows if measures.number(r, "visible") > QUARTER] for rows in sequences]
+    share = [100 * sum(not measures.within(r, 10, 2.5) for r in rows) / len(rows) for rows in seen]
+    return [Bound(row, case, "paper mode, tests off", "leaves 10 mm / 2.5 deg on 8 of 10 seeds (% of frames outside)",
+                  share, lambda value: value > 0, 1, 0.8)]
+
+
+def largest_errors(row, case, who, sequences, limits):
+    """`limits`: what may be how large, of mm (in all), lateral, depth (mm) and deg."""
+    names = {"mm": 0, "lateral": 1, "depth": 2, "deg": 3}
+    units = {"mm": "position, mm", "lateral": "lateral, mm", "depth": "depth, mm", "deg": "rotation, deg"}
+    largest = [measures.largest(rows) for rows in sequences]
+    return [Bound(row, case, who, "largest {}: {:g}".format(units[name], limit),
+                  [values[names[name]] for values in largest], below(limit)) for name, limit in limits.items()]
+
+
+def held_throughout(row, case, who, sequences):
+    values = [sum(not (measures.held(r) and measures.within(r, 50, 5)) for r in rows) for rows in sequences]
+    return [Bound(row, case, who, "held on 10 of 10 seeds (frames not held within 50 mm / 5 deg)", values, below(0), 0)]
+
+
+def cube_default(row, case, sequences):
+    who = "default mode"
+    out = []
+    seen = [measures.before_hidden(rows, 0.15) for rows in sequences]
+    out += largest_errors(row, case + ", until 15 % visible", who, seen, {"mm": 2, "deg": 0.5})
+    later = [[r for r in rows[len(before):] if measures.held(r) and measures.number(r, "visible") > 0.15]
+             for rows, before in zip(sequences, seen)]
+    out += largest_errors(row, case + ", later, held and over 15 % visible", who, later, {"mm": 2, "deg": 0.5})
+    wrong = [sum(map(measures.wrong, rows)) for rows in sequences]
+    out.append(Bound(row, case, who, "never held while over 20 mm / 5 deg off (frames)", wrong, below(0), 0))
+    again = [measures.frames_until_held_again(rows, 0.5) for rows in sequences]
+    out.append(Bound(row, case, who, "held again within 10 frames of 50 % visible (frames)", again, below(10), 0))
+    return out
+
+
+def all_bounds(runs):
+    def of(scene, tracker):
+        return runs[scene, tracker].frames()
+
+    out = tests_off("1", "white bar", of("bar", "paper-off"))
+    vote = of("bar", "paper-vote")
+    out += held_throughout("2", "white bar", "paper mode + vote", vote)
+    out += largest_errors("2", "white bar", "paper mode + vote", vote, {"lateral": 5, "depth": 8, "deg": 2})
+    out.append(Bound("2", "white bar", "paper mode + vote", "pixels on the occluder below 0.5 % of those used (%)",
+                     [100 * measures.occluder_share(rows) for rows in vote], lambda value: value < 0.5))
+    out += largest_errors("2", "white bar", "default mode", of("bar", "default"), {"mm": 1, "deg": 0.3})
+    out += tests_off("3", "lettered cube", of("cube", "paper-off"))
+    for tracker, who in (("paper", "paper mode"), ("paper-vote", "paper mode + vote")):
+        seen = [measures.before_hidden(rows, QUARTER) for rows in of("cube", tracker)]
+        out += largest_errors("4", "lettered cube, until a quarter visible", who, seen, {"mm": 5, "deg": 2})
+    out += cube_default("4", "lettered cube", of("cube", "default"))
+    off = [statistics.median(measures.error(r)[0] for r in rows) for rows in of("free", "paper-off")]
+    on = [statistics.median(measures.error(r)[0] for r in rows) for rows in of("free", "paper")]
+    out.append(Bound("5", "unoccluded", "paper mode", "on no worse than off (median error on / off)",
+                     [b / a for a, b in zip(off, on)], below(1.0)))
+    out += largest_errors("5", "unoccluded", "paper mode", of("free", "paper"), {"mm": 4, "deg": 1.5})
+    out += largest_errors("5", "unoccluded", "default mode", of("free", "default"), {"mm": 0.5, "deg": 0.2})
+    rows, change, noise, _ = redundancy_figures(runs)
+    out.append(Bound("7", "redundancy, white bar", "paper mode", "rows at most half (share left)", rows, below(0.5)))
+    out.append(Bound("7", "redundancy, white bar", "paper mode", "pose change below the noise (median mm / median error)",
+                     [a / b for a, b in zip(change, noise)], below(1.0)))
+    return out
+
+
+def bounds(runs, scenario):
+    heading = ["#", "case", "tracker", "wanted", "min / median / max over seeds", "seeds", ""]
+    return table(heading, [bound.cells() for bound in all_bounds(runs)])
+
+
+def verdict(runs, scenario):
+    every = all_bounds(runs)
+    missed = [bound for bound in every if not bound.met()]
+    lines = ["experiments: {} of {} bounds met".format(len(every) - len(missed), len(every))]
+    lines += ["  missed: #{}, {}, {}: {}: {} ({} of {} seeds)".format(
+        b.row, b.case, b.who, b.wanted, spread(b.values, b.digits), sum(b.good), len(b.good)) for b in missed]
+    return "\n".join(lines)
+
+
+# What the paper states, where it does.
+PAPER = {
+    ("free", "paper-off"): "±8 mm, 3.5 deg",
+    ("free", "paper"): "±6 mm, 2.5 deg",
+    ("bar", "paper-off"): "fails",
+    ("bar", "paper"): "±10 mm, 2.5 deg",
+    ("cube", "paper-off"): "fails",
+    ("cube", "paper"): "accurate until mostly occluded",
+}
+
+
+def scenes(runs, scenario):
+    """Every scene and tracker; errors while more than a quarter of the object is visible."""
+    heading = ["scene", "tracker", "the paper", "frames within 10 mm and 2.5 deg, %", "median, mm", "largest, mm",
+               "median, deg", "largest, deg", "lost, %", "held but wrong, frames", "on occluder, % of used"]
+    out = []
+    for (scene, tracker), run in runs.items():
+        kept = [[r for r in rows if measures.number(r, "visible") > QUARTER] for rows in run.frames()]
+        errors = [[measures.error(r) for r in rows] for rows in kept]
+
+        def each(figure):
+            return [figure(rows) for rows in kept]
+
+        out.append([
+            scenario["scenes"][scene]["title"], scenario["trackers"][tracker]["title"],
+            PAPER.get((scene, tracker), ""),
+            spread(each(lambda rows: 100 * sum(measures.within(r, 10, 2.5) for r in rows) / len(rows)), 1),
+            spread([statistics.median(e[0] for e in rows) for rows in errors]),
+            spread([max(e[0] for e in rows) for rows in errors]),
+            spread([statistics.median(e[3] for e in rows) for rows in errors]),
+            spread([max(e[3] for e in rows) for rows in errors]),
+            spread(each(lambda rows: 100 * sum(not measures.held(r) for r in rows) / len(rows)), 1),
+            spread([sum(map(measures.wrong, rows)) for rows in run.frames()], 0),
+            spread([100 * measures.occluder_share(rows) for rows in run.frames()]) if "free" not in scene else "",
+        ])
+    return table(heading, out)
+
+
+def redundancy_figures(runs):
+    """A seed each: rows left, how far the pose changes (mm), the error it had (mm), time of solving left."""
+    left, change, noise, times = [], [], [], []
+    for dropped, every in zip(runs["bar", "paper"].frames(), runs["bar", "paper-channels"].frames()):
+        left.append(sum(int(r["rows"]) for r in dropped) / sum(int(r["rows"]) for r in every))
+        apart = []
+        for a, b in zip(dropped, every):
+            apart.append(sum((measures.number(a, "error_{}_mm".format(k)) - measures.number(b, "error_{}_mm".format(k))) ** 2
+                             for k in "xyz") ** 0.5)
+        change.append(statistics.median(apart))
+        noise.append(statistics.median(measures.error(r)[0] for r in every))
+        times.append(statistics.median(measures.number(r, "ms_solve") for r in dropped)
+                     / statistics.median(measures.number(r, "ms_solve") for r in every))
+    return left, change, noise, times
+
+
+def redundancy(runs):
+    left, change, noise, times = redundancy_figures(runs)
+    return table(["paper mode, white bar, tests on", "min / median / max over seeds"], [
+        ["rows left of all", spread(left)],
+        ["change of the pose, median, mm", spread(change, 3)],
+        ["error of the pose with all rows, median, mm", spread(noise, 3)],
+        ["time of tests, rows and solution, of that with all rows (varies from run to run)", spread(times)],
+    ])
+
+
+def motion(folders, scenario):
+    """What the simulator says of the sequences it made."""
+    out = []
+    for scene, seeds in folders.items():
+        nearest, farthest, median, most, mean, least = [], [], [], [], [], []
+        for folder in seeds:
+            said = (folder / "simulated.txt").read_text()
+            found = re.search(r"object at ([\d.]+) to ([\d.]+) m; .* by ([\d.]+) pixels a frame \(median\), ([\d.]+) "
+                              r"\(95 %\), ([\d.]+) \(most\)", said)
+            share = re.search(r"visible share ([\d.]+) \(mean\), ([\d.]+) \(least\)", said)
+            for values, value in zip((nearest, farthest, median, most), found.group(1, 2, 3, 5)):
+                values.append(float(value))
+            mean.append(float(share.group(1)))
+            least.append(float(share.group(2)))
+        out.append([scenario["scenes"][scene]["title"], "{} to {}".format(text(min(nearest)), text(max(farthest))),
+                    spread(median, 1), spread(most, 1), spread(mean), spread(least)])
+    return table(["scene", "distances, m", "corner motion, median, pixels a frame", "largest", "visible share, mean",
+                  "least"], out)

@@ -1,0 +1,169 @@
+// `holdfast simulate` and `holdfast evaluate` as programs: what one writes the other measures, and what is wrong with
+// the input is said in one line.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "exit_codes.hpp"
+#include "support/files.hpp"
+#include "support/run_program.hpp"
+
+namespace fs = std::filesystem;
+using namespace holdfast;
+using holdfast::test::ProgramRun;
+using holdfast::test::read_file;
+using holdfast::test::run_program;
+using holdfast::test::TemporaryFolder;
+
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+/// Twelve frames of a box with a wide bar before it, made once; names are relative to the folder programs run in.
+class Simulated {
+ public:
+  Simulated() {
+    const ProgramRun run =
+        this->run({"simulate",    "sequence", "--frames",     "12", "--size",  "320x240", "--samples",  "2",
+                   "--motion",    "sharp",    "--turns",      "1",  "--speed", "2",       "--occluder", "bar",
+                   "--bar-width", "60",       "--bar-sweeps", "1",  "--masks", "--quiet"});
+    REQUIRE(run.exit_code == app::kOk);
+  }
+  ProgramRun run(const Arguments& arguments) const { return run_program(HOLDFAST_PROGRAM, arguments, folder_.path()); }
+  fs::path operator/(const std::string& name) const { return folder_ / name; }
+
+  /// A copy of the sequence to spoil.
+  fs::path copy(const std::string& name) const {
+    fs::remove_all(folder_ / name);
+    fs::copy(folder_ / "sequence", folder_ / name, fs::copy_options::recursive);
+    return folder_ / name;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+const Simulated& simulated() {
+  static const Simulated made;
+  return made;
+}
+
+nlohmann::json summary_of(const std::string& report) {
+  return nlohmann::json::parse(read_file(simulated() / report))["evaluations"].at(0)["summary"];
+}
+
+/// The estimated poses of a table of frames.
+std::vector<std::string> estimates(const std::string& table) {
+  std::ifstream in(simulated() / table);
+  std::vector<std::string> out;
+  std::string line;
+  while (std::getline(in, line)) {
+    std::size_t from = line.size();
+    for (int column = 0; column < 12; ++column) {
+      from = line.rfind(',', from - 1);
+    }
+    out.push_back(line.substr(from));
+  }
+  return out;
+}
+
+void check_fails(const Arguments& arguments, int exit_code, const std::vector<std::string>& words) {
+  const ProgramRun run = simulated().run(arguments);
+  CAPTURE(run.err);
+  CHECK(run.exit_code == exit_code);
+  CHECK(run.err.starts_with("holdfast: error: "));
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  for (const std::string& word : words) {
+    CAPTURE(word);
+    CHECK(run.err.find(word) != std::string::npos);
+  }
+}
+
+void append(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::app) << text; }
+
+}  // namespace
+
+TEST_CASE("Pixels used on the occluder are counted, and looking at them or drawing them changes no pose") {
+  const Arguments common = {"evaluate", "sequence", "--model", "sequence/model/model.obj", "--quiet"};
+  const auto evaluate = [&](const Arguments& more) {
+    Arguments arguments = common;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = simulated().run(arguments);
+    CAPTURE(run.err);
+    REQUIRE(run.exit_code == app::kOk);
+    return run;
+  };
+  const ProgramRun on =
+      evaluate({"--json", "on.json", "--csv", "on.csv", "--pictures", "drawn", "--picture-frames", "0,6", "--details"});
+  CHECK(on.out.find("occluder%") != std::string::npos);
+  evaluate({"--json", "off.json", "--no-gradient-test", "--no-angle-test", "--no-magnitude-test", "--no-block-vote"});
+  const auto rejected = summary_of("on.json")["occluder_pixels_used"];
+  const auto everything = summary_of("off.json")["occluder_pixels_used"];
+  REQUIRE(rejected.is_object());
+  REQUIRE(everything.is_object());
+  CHECK(rejected["frames"].get<int>() >= 4);
+  CHECK(rejected["share"].get<double>() < 0.005);
+  // The bar hides a quarter of the box and more in the middle: without tests its pixels are used like any others.
+  CHECK(everything["worst_frame"].get<double>() > 0.1);
+  CHECK(everything["worst_frame"].get<double>() >= everything["share"].get<double>());
+
+  CHECK(fs::exists(simulated() / "drawn/sequence_step1_000000.png"));
+  CHECK(fs::exists(simulated() / "drawn/sequence_step1_000006.png"));
+  CHECK(std::distance(fs::directory_iterator(simulated() / "drawn"), {}) == 2);
+
+  simulated().copy("unmasked");
+  fs::remove_all(simulated() / "unmasked/masks");
+  const ProgramRun plain = simulated().run({"evaluate", "unmasked", "--model", "sequence/model/model.obj", "--quiet",
+                                            "--json", "plain.json", "--csv", "plain.csv"});
+  REQUIRE(plain.exit_code == app::kOk);
+  CHECK(summary_of("plain.json")["occluder_pixels_used"].is_null());
+  CHECK(estimates("plain.csv") == estimates("on.csv"));
+  CHECK(estimates("plain.csv").size() == 13);
+}
+
+TEST_CASE("Bad sequences and models: one line each, before any frame is tracked") {
+  const Arguments model = {"--model", "sequence/model/model.obj"};
+  const auto evaluate = [&](const std::string& folder) { return Arguments{"evaluate", folder, model[0], model[1]}; };
+  SUBCASE("an empty folder") {
+    fs::create_directories(simulated() / "empty");
+    check_fails(evaluate("empty"), app::kInput, {"empty", "poses_gt.txt"});
+  }
+  SUBCASE("no folder") { check_fails(evaluate("none"), app::kInput, {"none", "no such folder"}); }
+  SUBCASE("a frame missing") {
+    fs::remove(simulated().copy("spoiled") / "frames/000007.png");
+    check_fails(evaluate("spoiled"), app::kInput, {"11 frames but 12 true poses"});
+  }
+  SUBCASE("a mask missing") {
+    fs::remove(simulated().copy("spoiled") / "masks/000007.png");
+    check_fails(evaluate("spoiled"), app::kInput, {"11 images but 12 true poses"});
+  }
+  SUBCASE("a pose too many, which is no rotation either") {
+    append(simulated().copy("spoiled") / "poses_gt.txt", "1 0 0 0 0 1 0 0 0 0 1.1 0.5\n");
+    check_fails(evaluate("spoiled"), app::kInput, {"poses_gt.txt", "line 13"});
+  }
+  SUBCASE("a share missing") {
+    append(simulated().copy("spoiled") / "visible.txt", "1\n");
+    check_fails(evaluate("spoiled"), app::kInput, {"13 visible shares but 12 true poses"});
+  }
+  SUBCASE("no model") {
+    check_fails({"evaluate", "sequence", "--model", "none.obj"}, app::kInput, {"none.obj"});
+    check_fails({"evaluate", "sequence"}, app::kUsage, {"--model"});
+    check_fails({"simulate", "new", "--model", "none.obj"}, app::kInput, {"none.obj"});
+  }
+  SUBCASE("an occluder without path, or with a bad one") {
+    check_fails({"simulate", "new", "--occluder-model", "box"}, app::kUsage, {"--occluder-trajectory"});
+    append(simulated() / "bad.txt", "1 0 0 0 0 1 0 0 0 0 2 0.5\n");
+    check_fails({"simulate", "new", "--trajectory", "bad.txt"}, app::kInput, {"bad.txt", "line 1"});
+  }
+  SUBCASE("pictures without frames, or where none can be written") {
+    check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "drawn"}, app::kUsage, {"--picture-frames"});
+    append(simulated() / "file", "a file");
+    check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "file/drawn", "--picture-frames", "1"},
+                app::kOutput, {"file/drawn"});
+  }
+}
