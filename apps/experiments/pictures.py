@@ -28,7 +28,6 @@ def draw(work, folders, scenario, images):
             folder = folders[scene][0]
             options = tracker_options(scenario["trackers"][tracker])
             rows = work.run("{}/{}".format(scene, tracker), folders[scene], options).frames()[0]
-            work.reused -= 1
             frames = chosen_frames(rows)
             out = work.folder / "pictures" / scene / tracker
             work.run("pictures/{}-{}".format(scene, tracker), [folder], options,

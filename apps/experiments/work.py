@@ -62,6 +62,7 @@ class Work:
         self.made = 0
         self.reused = 0
         self.expected = 0
+        self.seen = set()
         self.start = time.monotonic()
 
     def call(self, *words):
@@ -73,12 +74,14 @@ class Work:
     def progress(self, what):
         self.made += 1
         seconds = time.monotonic() - self.start
-        print("{:5.0f} s  {} of at most {}: {}".format(seconds, self.made + self.reused, self.expected, what), flush=True)
+        print("{:5.0f} s  {} of {}: {}".format(seconds, self.made + self.reused, self.expected, what), flush=True)
 
     def fresh(self, stamp, wanted):
         if stamp.exists() and stamp.read_text() == wanted:
-            self.reused += 1
+            self.reused += stamp not in self.seen
+            self.seen.add(stamp)
             return True
+        self.seen.add(stamp)
         return False
 
     def sequence(self, name, seed, changes=()):
