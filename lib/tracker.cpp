@@ -28,9 +28,9 @@ constexpr double kRedrawPixels = 1.5;
 constexpr double kLongestStep = 3;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
-/// Pixels that are enough for a pose; larger objects are looked at in every second to eighth tile.
-constexpr double kEnoughPixels = 16000;
-constexpr int kMostThinning = 8;
+/// Pixels that are enough for a pose; of larger objects every second to fourth row is looked at.
+constexpr double kEnoughPixels = 6000;
+constexpr int kMostThinning = 4;
 /// What it takes to be found again after a loss: share of gradient pixels used, correlation.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kDamping = 1e-6;
@@ -104,9 +104,9 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
-  /// Enqueues tests and constraints of every `thinning`th tile.
+  /// Enqueues tests and constraints of every `thinning`th row.
   kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
-  /// Large objects have more pixels than a pose needs: every how manieth tile to look at.
+  /// Large objects have more pixels than a pose needs: every how manieth row to look at.
   int thinning(int level) const;
   /// Decides every pixel of the last view again, at its last pose.
   void decide_all_pixels();
@@ -162,7 +162,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma, levels_),
+      filter_(device.impl(), options.blur_sigma),
       view_(device.impl(), validated(mesh), camera, levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
@@ -248,9 +248,10 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   const auto l = static_cast<std::size_t>(level);
   photometry_.enqueue_upload(level, view_.planes(level).tiles);
   auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
-  warp.thinning = every;
+  warp.every = every;
   occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
-  const kernel::hf_constraints options = constraint_options(level);
+  kernel::hf_constraints options = constraint_options(level);
+  options.every = every;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   return options;
 }
@@ -303,7 +304,7 @@ Tracker::Impl::Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
   if (!draw(T_predicted, 0, 1)) return estimate;
   {
     const Stopwatch watch(times_.filter);
-    image_.enqueue_features(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
+    image_.enqueue_blur(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
   }
   const Stopwatch watch(times_.solve);
   photometry_.start_level(0, view_.planes(0).tiles, false);
@@ -350,7 +351,7 @@ Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coars
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
-      for (int level = finest; level <= top; ++level) image_.enqueue_features(level, coarser(rect, level));
+      for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
     }
     const Stopwatch watch(times_.solve);
     Pose D = Pose::Identity();
@@ -407,8 +408,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           {
             const Stopwatch watch(times_.filter);
             for (int level = coarse_finest; level <= coarsest; ++level) {
-              image_.enqueue_features(level, coarser(region, level));
+              image_.enqueue_blur(level, coarser(region, level));
             }
+            if (search) search_.enqueue_gradients(image_, coarsest);
             device_.impl().queue.flush();  // the device works while the first view is drawn
           }
           for (int i = 0; i < hypotheses.count; ++i) {
@@ -508,7 +510,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
     surviving_share_ = std::min(
-        1.0, thinning(finest_drawn_) * static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
+        1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
   } else {
     restore(before);
