@@ -20,8 +20,8 @@ namespace {
 
 /// Least side of the object on a level that is still worth comparing there, pixels.
 constexpr double kLeastSide = 20;
-/// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.1;
+/// Steps below this many pixels of the level end a level's iterations; each step is about a quarter of the one before.
+constexpr double kConvergedPixels = 0.1, kConvergedPixelsCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
@@ -29,7 +29,7 @@ constexpr double kLongestStep = 3;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that are enough for a pose; of larger objects every second to fourth row is looked at.
-constexpr double kEnoughPixels = 6000;
+constexpr double kEnoughPixels = 6000, kEnoughPixelsCoarse = 8000;
 constexpr int kMostThinning = 4;
 /// What it takes to be found again after a loss: share of gradient pixels used, correlation.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
@@ -241,7 +241,7 @@ int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
   const Rect object = view_.bounds(view_.T_camera_object());
   const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
-  return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
+  return std::clamp(static_cast<int>(std::lround(pixels / (level > options_.finest_level ? kEnoughPixelsCoarse : kEnoughPixels))), 1, kMostThinning);
 }
 
 kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
@@ -288,7 +288,7 @@ Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iteration
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
     const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
-    if (motion < kConvergedPixels) break;
+    if (motion < (level > options_.finest_level ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
@@ -429,7 +429,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         for (std::size_t i = 0; i < start_count; ++i) {
           const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
+              fine_stage(starts[i].T_camera_object, i == 0 && starts[0].score > 0 ? options_.finest_level : std::max(coarse_finest - 1, options_.finest_level),
                          coarse && coarse_finest > options_.finest_level);
           if (i == 0 || estimate.score > best.score) best = estimate;
           if (is_good(best)) break;
