@@ -2,62 +2,26 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 
-#include "device_image.hpp"
-#include "flow_constraints.hpp"
 #include "holdfast/error.hpp"
-#include "motion_model.hpp"
-#include "occlusion.hpp"
-#include "photometry.hpp"
-#include "shift_search.hpp"
-#include "solver.hpp"
-#include "view_template.hpp"
+#include "stopwatch.hpp"
+#include "tracker_impl.hpp"
 
 namespace holdfast {
 namespace {
 
 /// Least side of the object on a level that is still worth comparing there, pixels.
 constexpr double kLeastSide = 20;
-/// Steps below this many pixels of the level end a level's iterations; each step is about a quarter of the one before.
-constexpr double kConvergedPixels = 0.1, kConvergedPixelsCoarse = 0.4;
-/// A view is drawn anew when the pose has moved by more than this many pixels since.
-constexpr double kRedrawPixels = 1.5;
-/// Longest step of one solution, pixels of the level.
-constexpr double kLongestStep = 3;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
-/// Pixels that are enough for a pose; of larger objects every second to fourth row is looked at.
+/// Pixels that are enough for a pose, and on coarser levels; of larger objects every second to fourth row is looked at.
 constexpr double kEnoughPixels = 6000, kEnoughPixelsCoarse = 8000;
 constexpr int kMostThinning = 4;
-/// What it takes to be found again after a loss: share of gradient pixels used, correlation.
-constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
-constexpr double kDamping = 1e-6;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
-
-/// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
-double coverage_at_margin(int margin, double sigma) {
-  if (margin <= 0 || sigma <= 0) return 0.5;
-  return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
-}
-
-class Stopwatch {
- public:
-  explicit Stopwatch(double& total) : total_(total), start_(std::chrono::steady_clock::now()) {}
-  ~Stopwatch() {
-    total_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& total_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 const Mesh& validated(const Mesh& mesh) {
   mesh.validate();
@@ -81,80 +45,6 @@ const TrackerOptions& validated(const TrackerOptions& options) {
 
 }  // namespace
 
-struct Tracker::Impl {
-  Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
-
-  template <typename Frame>
-  FrameResult track(const Frame& frame);
-  FrameResult refine(const ImageView& frame, const Pose& T_start);
-
-  /// A pose with what speaks for it.
-  struct Estimate {
-    Pose T_camera_object = Pose::Identity();
-    double score = -1;
-    bool solved = false;
-    ConstraintSums sums;
-    double correlation = 0;
-  };
-
-  template <typename Frame>
-  FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
-  Estimate track_once(const Pose& T_predicted);
-  Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
-  /// One pass of tests, constraints and sums at D, without moving.
-  ConstraintSums evaluate(int level, const Pose& D);
-  /// Enqueues tests and constraints of every `thinning`th row.
-  kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
-  /// Large objects have more pixels than a pose needs: every how manieth row to look at.
-  int thinning(int level) const;
-  /// Decides every pixel of the last view again, at its last pose.
-  void decide_all_pixels();
-  /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
-  OcclusionOptions tests_of(int level) const;
-  /// Iterates on the view that is drawn; returns the last sums.
-  Estimate iterate(int level, Pose& D, int iterations);
-  bool draw(const Pose& T_camera_object, int finest, int count);
-  kernel::hf_constraints constraint_options(int level) const;
-  Conditioning conditioning() const;
-  double corner_motion(const Pose& T_a, const Pose& T_b) const;
-  /// Held; to be found again after a loss takes more than to be held on to.
-  bool is_good(const Estimate& estimate) const;
-  void judge(const Estimate& estimate, FrameResult& result) const;
-
-  Camera camera_;
-  TrackerOptions options_;
-  Device device_;
-  std::vector<Level> levels_;
-  Eigen::Vector3d p_object_center_;
-  double radius_;
-  ImageFilter filter_;
-  ViewTemplate view_;
-  DeviceImage image_;
-  OcclusionTest occlusion_;
-  FlowConstraints constraints_;
-  ShiftSearch search_;
-  Photometry photometry_;
-  MotionModel motion_;
-  std::vector<double> scale_;
-  double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
-  bool started_ = false;
-  Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
-  StageTimes times_;
-  int solved_systems_ = 0;
-  int finest_drawn_ = 0;
-  double usual_score_ = 1;  ///< of the coarse stage, running mean
-
-  /// What a frame that was not held must not change.
-  struct Appearance {
-    Photometry::ObjectPair light;
-    std::array<double, 6> scale{};
-    double usual_score = 1, surviving_share = 1;
-  };
-  Appearance appearance() const;
-  void restore(const Appearance& appearance);
-};
-
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
     : camera_(validated(camera)),
       options_(validated(options)),
@@ -175,35 +65,6 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
 }
 
 Conditioning Tracker::Impl::conditioning() const { return {view_.T_camera_object() * p_object_center_, radius_}; }
-
-double Tracker::Impl::corner_motion(const Pose& T_a, const Pose& T_b) const {
-  // Corners of a cube of the object's size: what a rotation or translation moves at its surface.
-  double largest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d offset((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1, (corner & 4) ? 1 : -1);
-    const Eigen::Vector3d p_object = p_object_center_ + offset * (radius_ / std::sqrt(3.0));
-    const Eigen::Vector3d a = T_a * p_object, b = T_b * p_object;
-    if (a.z() <= 0 || b.z() <= 0) return 1e9;
-    largest = std::max(largest, (levels_[0].camera.project(a) - levels_[0].camera.project(b)).norm());
-  }
-  return largest;
-}
-
-bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
-  const Stopwatch watch(times_.filter);
-  // Where the margin eats most of a small or thin object, drop less of it.
-  const double relaxed = std::clamp((surviving_share_ - 0.2) / 0.3, 0.0, 1.0);
-  const double full = coverage_at_margin(options_.silhouette_margin, options_.blur_sigma);
-  ViewTemplate::Margin margin;
-  margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
-  margin.depth_jump = options_.depth_jump;
-  margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin);
-  times_.render += view_.render_ms();
-  times_.filter -= view_.render_ms();
-  finest_drawn_ = finest;
-  return drawn;
-}
 
 kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   const auto l = static_cast<std::size_t>(level);
@@ -241,7 +102,9 @@ int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
   const Rect object = view_.bounds(view_.T_camera_object());
   const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
-  return std::clamp(static_cast<int>(std::lround(pixels / (level > options_.finest_level ? kEnoughPixelsCoarse : kEnoughPixels))), 1, kMostThinning);
+  return std::clamp(
+      static_cast<int>(std::lround(pixels / (level > options_.finest_level ? kEnoughPixelsCoarse : kEnoughPixels))), 1,
+      kMostThinning);
 }
 
 kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
@@ -272,98 +135,6 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
   }
   return sums;
-}
-
-Tracker::Impl::Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
-  Estimate estimate;
-  const Conditioning condition = conditioning();
-  for (int i = 0; i < iterations; ++i) {
-    estimate.sums = evaluate(level, D);
-    const Solution solution = solve(estimate.sums, condition, kDamping);
-    ++solved_systems_;
-    estimate.solved = solution.solved;
-    if (!solution.solved) break;
-    const Pose before = D * view_.T_camera_object();
-    const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
-    // The rows are linear over about a pixel of blur: do not trust a longer step's length.
-    const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
-    D = renormalized(D * exp_se3(shortened * solution.twist));
-    if (motion < (level > options_.finest_level ? kConvergedPixelsCoarse : kConvergedPixels)) break;
-  }
-  estimate.T_camera_object = renormalized(D * view_.T_camera_object());
-  estimate.correlation = Photometry::correlation(constraints_);
-  // Pixels that left the sampled region speak against an estimate too.
-  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * estimate.sums.usable /
-                   std::max(1.0, estimate.sums.visible) * std::max(0.0, estimate.correlation);
-  return estimate;
-}
-
-Tracker::Impl::Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
-  Estimate estimate;
-  estimate.T_camera_object = T_predicted;
-  if (!draw(T_predicted, 0, 1)) return estimate;
-  {
-    const Stopwatch watch(times_.filter);
-    image_.enqueue_blur(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
-  }
-  const Stopwatch watch(times_.solve);
-  photometry_.start_level(0, view_.planes(0).tiles, false);
-  Pose D = Pose::Identity();
-  return iterate(0, D, 1);
-}
-
-Tracker::Impl::Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coarsest, int finest) {
-  Estimate estimate;
-  estimate.T_camera_object = T_start;
-  if (!draw(T_start, finest, coarsest - finest + 1)) return estimate;
-  Pose D = Pose::Identity();
-  if (search) {
-    const Stopwatch watch(times_.search);
-    const int radius = (options_.search_radius >> coarsest) + 1;
-    const ShiftSearch::Result shift = search_.search(view_, image_, coarsest, radius);
-    const Camera& camera = levels_[static_cast<std::size_t>(coarsest)].camera;
-    if (shift.score > shift.unshifted + 0.02) {
-      const double z = (T_start * p_object_center_).z();
-      D.translation() = Eigen::Vector3d(shift.dx * z / camera.fx, shift.dy * z / camera.fy, 0);
-    }
-  }
-  const Stopwatch watch(times_.solve);
-  for (int level = coarsest; level >= finest; --level) {
-    photometry_.start_level(level, view_.planes(level).tiles, level < coarsest);
-    if (level == coarsest && options_.photometric) evaluate(level, D);
-    estimate = iterate(level, D, options_.iterations);
-    if (!estimate.solved) break;
-  }
-  return estimate;
-}
-
-Tracker::Impl::Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage) {
-  Estimate estimate;
-  estimate.T_camera_object = T_start;
-  const int finest = options_.finest_level;
-  for (int redraw = 0; redraw < 2; ++redraw) {
-    const Pose T_drawn = estimate.T_camera_object;
-    const int top = redraw == 0 ? coarsest : finest;
-    if (!draw(T_drawn, finest, top - finest + 1)) {
-      estimate.solved = false;
-      return estimate;
-    }
-    if (redraw == 0) {
-      const Stopwatch watch(times_.filter);
-      const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
-      for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
-    }
-    const Stopwatch watch(times_.solve);
-    Pose D = Pose::Identity();
-    for (int level = top; level >= finest; --level) {
-      // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
-      photometry_.start_level(level, view_.planes(level).tiles, redraw == 0 && (level < top || lit_by_coarse_stage));
-      estimate = iterate(level, D, options_.iterations);
-      if (!estimate.solved) return estimate;
-    }
-    if (corner_motion(T_drawn, estimate.T_camera_object) < kRedrawPixels * (1 << finest)) break;
-  }
-  return estimate;
 }
 
 template <typename Frame>
@@ -427,32 +198,29 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
+        const int fine_coarsest = std::max(coarse_finest - 1, options_.finest_level);
         for (std::size_t i = 0; i < start_count; ++i) {
+          // What the coarse levels have answered is near enough for the finest; a mere prediction is not.
+          const bool answered = starts[i].score > 0;
           const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, i == 0 && starts[0].score > 0 ? options_.finest_level : std::max(coarse_finest - 1, options_.finest_level),
-                         coarse && coarse_finest > options_.finest_level);
+              fine_stage(starts[i].T_camera_object, answered ? options_.finest_level : fine_coarsest,
+                         coarse && coarse_finest > options_.finest_level ? coarse_finest : -1);
           if (i == 0 || estimate.score > best.score) best = estimate;
-          if (is_good(best)) break;
+          if (is_good(best, options_, motion_.lost())) break;
         }
-        if (coarse && is_good(best)) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+        if (coarse && is_good(best, options_, motion_.lost()))
+          usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
       }
     }
     result.T_camera_object = best.T_camera_object;
-    judge(best, result);
+    report(best, result);
   }
   result.iterations = solved_systems_;
   result.ms = times_;
   return result;
 }
 
-bool Tracker::Impl::is_good(const Estimate& estimate) const {
-  const double used_share = estimate.sums.used / std::max(1.0, estimate.sums.gradient);
-  const bool lost = motion_.lost();
-  return estimate.solved && used_share >= (lost ? kFoundShare : options_.lost_visible_share) &&
-         estimate.correlation >= (lost ? kFoundCorrelation : options_.lost_correlation);
-}
-
-void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
+void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const {
   const ConstraintSums& sums = estimate.sums;
   result.visible_pixels = static_cast<int>(sums.visible);
   result.usable_pixels = static_cast<int>(sums.usable);
@@ -464,23 +232,9 @@ void Tracker::Impl::judge(const Estimate& estimate, FrameResult& result) const {
   result.correlation = estimate.correlation;
   const double scale2 = sums.rows > 0 ? std::max(sums.weighted_square / sums.rows, 1e-8) : 1.0;
   if (sums.rows > 0) result.information = conditioning().information(sums.A / scale2);
-  const double used_share = sums.used / std::max(1.0, sums.gradient);
-  result.status = Status::lost;
-  if (sums.visible <= 0) {
-    result.reason = "out of view";
-  } else if (sums.gradient < 20) {
-    result.reason = "no texture in view";
-  } else if (!estimate.solved) {
-    result.reason = "too few constraints left";
-  } else if (used_share < options_.lost_visible_share) {
-    result.reason = "occluded or moved too fast";
-  } else if (result.correlation < options_.lost_correlation) {
-    result.reason = "the frame does not look like the model";
-  } else if (!is_good(estimate)) {
-    result.reason = "lost before, and not surely found again";
-  } else {
-    result.status = Status::held;
-  }
+  Verdict verdict = judge(estimate, options_, motion_.lost());
+  result.status = verdict.status;
+  result.reason = std::move(verdict.reason);
 }
 
 Tracker::Impl::Appearance Tracker::Impl::appearance() const {
@@ -509,8 +263,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
-    surviving_share_ = std::min(
-        1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
+    surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
   } else {
     restore(before);

@@ -553,8 +553,8 @@ void check_occlusion_tests(Size size) {
       for (int y = 0; y < size.height; ++y) {
         for (int x = 0; x < size.width; ++x) {
           std::array<double, 9> sample{};
-          const Verdict verdict =
-              y % warp.every == 0 ? reference_class(scene, warp, tests, x, y, sample) : Verdict{kUntouched, false, false};
+          const Verdict verdict = y % warp.every == 0 ? reference_class(scene, warp, tests, x, y, sample)
+                                                      : Verdict{kUntouched, false, false};
           const auto e = static_cast<std::size_t>(scene.level.layout.origin + y * scene.level.layout.stride + x);
           ++seen[static_cast<std::size_t>(classes[e] & 15)];
           if (verdict.expected == kUntouched) {
@@ -943,10 +943,10 @@ void check_shift_scores(Size size) {
     kernel.setArg(9, sampled);
     kernel.setArg(10, radius);
     kernel.setArg(11, scores);
-    impl.queue.enqueueNDRangeKernel(kernel, cl::NullRange,
-                                    cl::NDRange(static_cast<std::size_t>(impl.strips ? (side + 15) / 16 : side),
-                                                static_cast<std::size_t>(side)),
-                                    cl::NDRange(1, 1));
+    impl.queue.enqueueNDRangeKernel(
+        kernel, cl::NullRange,
+        cl::NDRange(static_cast<std::size_t>(impl.strips ? (side + 15) / 16 : side), static_cast<std::size_t>(side)),
+        cl::NDRange(1, 1));
     const auto got = download<float>(impl, scores, static_cast<std::size_t>(side * side));
     for (int sy = -radius; sy <= radius; ++sy) {
       for (int sx = -radius; sx <= radius; ++sx) {

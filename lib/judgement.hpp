@@ -1,0 +1,36 @@
+#pragma once
+
+#include <algorithm>
+#include <string>
+
+#include "flow_constraints.hpp"
+#include "holdfast/options.hpp"
+#include "holdfast/tracker.hpp"
+
+namespace holdfast {
+
+/// A pose with what speaks for it.
+struct Estimate {
+  Pose T_camera_object = Pose::Identity();
+  double score = -1;
+  bool solved = false;
+  ConstraintSums sums;
+  double correlation = 0;
+
+  /// Of the gradient pixels, the share that decided the pose.
+  double used_share() const { return sums.used / std::max(1.0, sums.gradient); }
+};
+
+/// Whether an estimate is the object, and why not, in words.
+struct Verdict {
+  Status status = Status::lost;
+  std::string reason;
+};
+
+/// Judges an estimate. To be found again after a loss (`lost_before`) takes more than to be held on to.
+Verdict judge(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
+
+/// As judge(), without words.
+bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
+
+}  // namespace holdfast

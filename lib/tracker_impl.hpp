@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "device_image.hpp"
+#include "flow_constraints.hpp"
+#include "holdfast/tracker.hpp"
+#include "judgement.hpp"
+#include "motion_model.hpp"
+#include "occlusion.hpp"
+#include "photometry.hpp"
+#include "shift_search.hpp"
+#include "solver.hpp"
+#include "view_template.hpp"
+
+namespace holdfast {
+
+/// The tracker's parts and its loop: a frame's life in tracker.cpp, the stages that turn a starting pose into an
+/// estimate in tracker_stages.cpp.
+struct Tracker::Impl {
+  Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
+
+  template <typename Frame>
+  FrameResult track(const Frame& frame);
+  FrameResult refine(const ImageView& frame, const Pose& T_start);
+
+  template <typename Frame>
+  FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
+  Estimate track_once(const Pose& T_predicted);
+  Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
+  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
+  /// One pass of tests, constraints and sums at D, without moving.
+  ConstraintSums evaluate(int level, const Pose& D);
+  /// Enqueues tests and constraints of every `thinning`th row.
+  kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
+  /// Large objects have more pixels than a pose needs: every how manieth row to look at.
+  int thinning(int level) const;
+  /// Decides every pixel of the last view again, at its last pose.
+  void decide_all_pixels();
+  /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
+  OcclusionOptions tests_of(int level) const;
+  /// Iterates on the view that is drawn; returns the last sums.
+  Estimate iterate(int level, Pose& D, int iterations);
+  bool draw(const Pose& T_camera_object, int finest, int count);
+  kernel::hf_constraints constraint_options(int level) const;
+  Conditioning conditioning() const;
+  double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  /// What the caller is told of an estimate: its verdict and its figures.
+  void report(const Estimate& estimate, FrameResult& result) const;
+
+  Camera camera_;
+  TrackerOptions options_;
+  Device device_;
+  std::vector<Level> levels_;
+  Eigen::Vector3d p_object_center_;
+  double radius_;
+  ImageFilter filter_;
+  ViewTemplate view_;
+  DeviceImage image_;
+  OcclusionTest occlusion_;
+  FlowConstraints constraints_;
+  ShiftSearch search_;
+  Photometry photometry_;
+  MotionModel motion_;
+  std::vector<double> scale_;
+  double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
+  bool started_ = false;
+  Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
+  StageTimes times_;
+  int solved_systems_ = 0;
+  int finest_drawn_ = 0;
+  double usual_score_ = 1;  ///< of the coarse stage, running mean
+
+  /// What a frame that was not held must not change.
+  struct Appearance {
+    Photometry::ObjectPair light;
+    std::array<double, 6> scale{};
+    double usual_score = 1, surviving_share = 1;
+  };
+  Appearance appearance() const;
+  void restore(const Appearance& appearance);
+};
+
+}  // namespace holdfast
