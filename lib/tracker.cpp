@@ -15,6 +15,8 @@ namespace {
 constexpr double kLeastSide = 20;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
+/// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
+constexpr double kMostCorrection = 1.5;
 /// Pixels that are enough for a pose, and on coarser levels; of larger objects every second to fourth row is looked at.
 constexpr double kEnoughPixels = 6000, kEnoughPixelsCoarse = 8000;
 constexpr int kMostThinning = 4;
@@ -198,16 +200,22 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
-        const int fine_coarsest = std::max(coarse_finest - 1, options_.finest_level);
-        for (std::size_t i = 0; i < start_count; ++i) {
-          // What the coarse levels have answered is near enough for the finest; a mere prediction is not.
-          const bool answered = starts[i].score > 0;
-          const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, answered ? options_.finest_level : fine_coarsest,
-                         coarse && coarse_finest > options_.finest_level ? coarse_finest : -1);
-          if (i == 0 || estimate.score > best.score) best = estimate;
-          if (is_good(best, options_, motion_.lost())) break;
+        const int lit_level = coarse && coarse_finest > options_.finest_level ? coarse_finest : -1;
+        const auto try_start = [&](const Estimate& start, int fine_coarsest) {
+          const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
+          if (best.score < 0 || estimate.score > best.score) best = estimate;
+          return is_good(best, options_, motion_.lost());
+        };
+        // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
+        // there.
+        const int one_finer = std::max(coarse_finest - 1, options_.finest_level);
+        bool found =
+            starts[0].score > 0 && one_finer > options_.finest_level && try_start(starts[0], options_.finest_level);
+        if (found && corner_motion(starts[0].T_camera_object, best.T_camera_object) > kMostCorrection) {
+          found = false;
+          best.score = -1;
         }
+        for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
         if (coarse && is_good(best, options_, motion_.lost()))
           usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
       }
