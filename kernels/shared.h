@@ -12,7 +12,7 @@
 #define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
 #define HF_BLUR_COLUMNS 64 /* pixels of the block that an item of the 'strips' partition blurs */
 #define HF_BLUR_ROWS 32
-#define HF_LEAST_COVERAGE 0.4f /* of a sample of the frame; a corner pixel's is a quarter and its own share */
+#define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */
 #define HF_GROUP 64     /* work-items of a tile's group in the 'groups' partition */
 
 /* Pixel classes: as holdfast::PixelClass. */
