@@ -6,10 +6,19 @@ import sys
 
 SIZES = ("512x256", "640x480", "1280x720")
 MODES = ("default", "paper")
-TILE = 16 * 16
-# Of each kernel, a pixel of its region: bytes read and written, and floating-point operations (a multiply-add is two),
-# as its source has them. What is read again from a cache counts once; skipped pixels count as if they were not.
-WORK = {}
+# Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
+# one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
+# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode).
+WORK = {
+    "convert_bgr8": ("region", 19, 3),
+    "halve": ("region", 80, 16),
+    "halve_depth": ("region", 20, 8),
+    "unpack_view": ("region", 28, 9),
+    "blur": ("region", 32, 85),
+    "template_planes": ("active", 57, 32),
+    "occlusion_tests": ("active", 82, 314),
+    "flow_constraints": ("active", 54, 397),
+}
 
 
 def threads_text(threads):
@@ -64,12 +73,12 @@ def kernels(result):
             for mode in MODES:
                 for name, figures in sorted(profile[f"{mode}/{size}"].items(), key=lambda item: -item[1]["ms"]):
                     row = [f"{mode} {size} {name}", f"{figures['calls']:.1f}", f"{figures['ms']:.3f}"]
-                    if name in WORK and figures["ms"] > 0:
-                        pixels_scale, size_bytes, operations = WORK[name]
-                        pixels = figures["region"] * pixels_scale
+                    basis, size_bytes, operations = WORK.get(name, ("", 0, 0))
+                    pixels = figures.get(basis, 0)
+                    if pixels > 0 and figures["ms"] > 0:
                         seconds = 1e-3 * figures["ms"]
                         gb, gflop = 1e-9 * pixels * size_bytes / seconds, 1e-9 * pixels * operations / seconds
-                        row += [f"{1e9 * seconds / max(pixels, 1):.2f}", f"{gb:.1f}", f"{100 * gb / copy:.0f} %",
+                        row += [f"{1e9 * seconds / pixels:.2f}", f"{gb:.1f}", f"{100 * gb / copy:.0f} %",
                                 f"{gflop:.1f}", f"{100 * gflop / peak:.0f} %"]
                     else:
                         row += [""] * 5
