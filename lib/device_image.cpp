@@ -33,45 +33,15 @@ std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
   return stride;
 }
 
-/// The ideal image's pixels that the recorded frame shows: a lens that draws corners outwards (pincushion) leaves those
-/// at the ideal image's rim without a source. The largest rectangle without any, found by giving up the worst side.
-Rect shown_pixels(const Camera& camera) {
-  Rect rect{0, 0, camera.width, camera.height};
-  if (!camera.has_distortion()) return rect;
-  const auto missing = [&](int x, int y) {
-    const Eigen::Vector2d p = camera.distort({x, y});
-    return !(p.x() >= 0 && p.y() >= 0 && p.x() <= camera.width - 1 && p.y() <= camera.height - 1);
-  };
-  const auto missing_share = [&](int x, int y, int width, int height) {
-    int count = 0;
-    for (int i = 0; i < width * height; ++i) count += missing(x + i % width, y + i / width) ? 1 : 0;
-    return static_cast<double>(count) / (width * height);
-  };
-  while (!rect.empty()) {
-    const std::array<double, 4> share{missing_share(rect.x, rect.y, 1, rect.height),
-                                      missing_share(rect.x, rect.y, rect.width, 1),
-                                      missing_share(rect.x + rect.width - 1, rect.y, 1, rect.height),
-                                      missing_share(rect.x, rect.y + rect.height - 1, rect.width, 1)};
-    const auto worst = std::max_element(share.begin(), share.end());
-    if (*worst == 0) break;
-    const auto side = worst - share.begin();
-    if (side == 0) ++rect.x;
-    if (side == 1) ++rect.y;
-    if (side % 2 == 0) --rect.width;
-    if (side % 2 == 1) --rect.height;
-  }
-  return rect;
-}
-
 }  // namespace
 
 DeviceImage::DeviceImage(const Device::Impl& device, const Camera& camera, const std::vector<Level>& levels,
                          ImageFilter& filter)
-    : device_(device), camera_(camera), levels_(levels), filter_(filter), shown_(shown_pixels(camera)) {
+    : device_(device), camera_(camera), levels_(levels), filter_(filter) {
   for (const Level& level : levels) {
     LevelBuffers buffers;
     buffers.pixels = device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float));
-    buffers.features = device.zeroed_buffer((level.elements * HF_FEATURE + kGuardFloats) * sizeof(float));
+    buffers.blurred = device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float));
     levels_buffers_.push_back(std::move(buffers));
   }
   staging_ = device.zeroed_buffer(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 4 +
@@ -161,7 +131,7 @@ void DeviceImage::enqueue_convert(const cl::Buffer& buffer, PixelFormat format, 
   }
 }
 
-void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
+void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
   const auto l = static_cast<std::size_t>(level_index);
   const Level& level = levels_[l];
   const Rect available = coarser(region_, level_index);
@@ -175,21 +145,14 @@ void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
-  const cl::Buffer& blurred = filter_.enqueue_blur(buffers.pixels, level, rect);
-  filter_.enqueue_features(blurred, level, rect, buffers.features);
+  filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred);
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
   // frame's own border the blur is normalised by coverage and only the outermost difference is not.
   const int rim = filter_.radius() + 1;
-  // The same holds where pixels without a source in the recorded frame begin: they have no coverage.
-  const int pixels = 1 << level_index;
-  const int shown_right = shown_.x + shown_.width, shown_bottom = shown_.y + shown_.height;
-  const int first_x = (shown_.x + pixels - 1) / pixels, first_y = (shown_.y + pixels - 1) / pixels;
-  const int end_x = shown_right == camera_.width ? level.width : shown_right / pixels;
-  const int end_y = shown_bottom == camera_.height ? level.height : shown_bottom / pixels;
-  const int left = std::max(x0 > 0 ? x0 + rim : 0, first_x + 1), top = std::max(y0 > 0 ? y0 + rim : 0, first_y + 1);
-  const int right = std::min(x1 < level.width ? x1 - rim : level.width, end_x - 1);
-  const int bottom = std::min(y1 < level.height ? y1 - rim : level.height, end_y - 1);
+  const int left = x0 > 0 ? x0 + rim : 1, top = y0 > 0 ? y0 + rim : 1;
+  const int right = x1 < level.width ? x1 - rim : level.width - 1;
+  const int bottom = y1 < level.height ? y1 - rim : level.height - 1;
   buffers.valid = {left, top, std::max(0, right - left), std::max(0, bottom - top)};
 }
 

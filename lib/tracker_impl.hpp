@@ -29,12 +29,12 @@ struct Tracker::Impl {
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
+  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
-  /// Enqueues tests and constraints of every `thinning`th tile.
+  /// Enqueues tests and constraints of every `thinning`th row.
   kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
-  /// Large objects have more pixels than a pose needs: every how manieth tile to look at.
+  /// Large objects have more pixels than a pose needs: every how manieth row to look at.
   int thinning(int level) const;
   /// Decides every pixel of the last view again, at its last pose.
   void decide_all_pixels();

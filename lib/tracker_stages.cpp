@@ -7,8 +7,8 @@
 namespace holdfast {
 namespace {
 
-/// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.1;
+/// Steps below this many pixels of the level end a level's iterations; each step is about a quarter of the one before.
+constexpr double kConvergedPixels = 0.1, kConvergedPixelsCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
@@ -66,7 +66,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
     const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
-    if (motion < kConvergedPixels) break;
+    if (motion < (level > options_.finest_level ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
@@ -82,10 +82,10 @@ Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
   if (!draw(T_predicted, 0, 1)) return estimate;
   {
     const Stopwatch watch(times_.filter);
-    image_.enqueue_features(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
+    image_.enqueue_blur(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
   }
   const Stopwatch watch(times_.solve);
-  photometry_.start_level(0, view_.planes(0).tiles, false);
+  photometry_.start_level(0, view_.planes(0).tiles);
   Pose D = Pose::Identity();
   return iterate(0, D, 1);
 }
@@ -107,7 +107,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   }
   const Stopwatch watch(times_.solve);
   for (int level = coarsest; level >= finest; --level) {
-    photometry_.start_level(level, view_.planes(level).tiles, level < coarsest);
+    photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
     if (level == coarsest && options_.photometric) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;
@@ -115,7 +115,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   return estimate;
 }
 
-Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage) {
+Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = options_.finest_level;
@@ -129,13 +129,13 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_b
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
-      for (int level = finest; level <= top; ++level) image_.enqueue_features(level, coarser(rect, level));
+      for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
     }
     const Stopwatch watch(times_.solve);
     Pose D = Pose::Identity();
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
-      photometry_.start_level(level, view_.planes(level).tiles, redraw == 0 && (level < top || lit_by_coarse_stage));
+      photometry_.start_level(level, view_.planes(level).tiles, redraw > 0 ? -1 : level < top ? level + 1 : lit_level);
       estimate = iterate(level, D, options_.iterations);
       if (!estimate.solved) return estimate;
     }

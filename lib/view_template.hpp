@@ -51,6 +51,7 @@ class ViewTemplate {
   Eigen::AlignedBox3d box_;
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
+  cl::Buffer blurred_;  ///< of the level last enqueued
   cl::Buffer rgba_, window_depth_;
   std::vector<std::uint8_t> host_rgba_;
   std::vector<float> host_depth_;
