@@ -3,6 +3,8 @@
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
 #                 BASELINE where there is one (make bench-baseline saves the last result there)
+# make experiments  installs what is missing, then the paper's experiments again: docs/experiments.md and its pictures;
+#                 SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
@@ -16,7 +18,7 @@ CTEST_FLAGS ?=
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo test bench bench-baseline install format check-format clean
+.PHONY: all deps demo experiments test bench bench-baseline install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -29,6 +31,13 @@ demo:
 	@sh cmake/install-deps.sh build
 	@$(MAKE) --no-print-directory all
 	@sh apps/demo/run_demo.sh $(release)/apps/holdfast $(OUT)
+
+experiments:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/run.py --program $(release)/apps/holdfast --work out/experiments \
+	  --document docs/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
+	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 # Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.
 test: export HOLDFAST_CACHE_DIR := $(CURDIR)/$(tested)/kernels
