@@ -50,7 +50,7 @@ def sequences_with(work, sweep, seeds, value, settings, changes):
 def of_tracker(work, scenario, name, seeds, folders):
     settings = scenario["sweeps"][name]
     curves = {}
-    for tracker in scenario["sweeps"]["trackers"]:
+    for tracker in settings.get("trackers", scenario["sweeps"]["trackers"]):
         points = []
         for value in values_of(settings):
             options = tracker_options({**scenario["trackers"][tracker], name: "{:.6g}".format(value)})
