@@ -111,7 +111,7 @@ Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, con
       }
       ++result.surface_pixels;
       result.depth_error = std::max(result.depth_error, std::abs(view.depth(column, row) / hit->depth - 1));
-      const Eigen::Vector4d color = caster.color(*hit, repeat);
+      const Eigen::Vector4d color = caster.pixel_color(camera, center, *hit, repeat);
       const double threshold = 0.98 * 255;
       if (std::abs(color[3] - threshold) > 2) {  // the renderer filters alpha in 8 bits
         result.alpha_errors += pixel[3] == (color[3] > threshold ? 255 : 0) ? 0 : 1;
