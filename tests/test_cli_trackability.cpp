@@ -25,11 +25,10 @@ using holdfast::test::TemporaryFolder;
 namespace {
 
 /// A frame that is off by so many millimetres in depth.
-evaluation::FrameRecord frame(Status status, double depth_mm, int pixels = 1000) {
+evaluation::FrameRecord frame(Status status, double depth_mm) {
   evaluation::FrameRecord record;
   record.result.status = status;
   record.result.T_camera_object.translation().z() = 1e-3 * depth_mm;
-  record.result.visible_pixels = pixels;
   record.result.usable_pixels = 800;
   record.result.gradient_pixels = 200;
   record.result.ms.total = 2;
@@ -42,9 +41,9 @@ bool says(const ProgramRun& run, const std::string& words) { return run.out.find
 }  // namespace
 
 TEST_CASE("Frames are good, wrong or lost: a twentieth of the diameter is the limit") {
-  const std::vector<evaluation::FrameRecord> records = {frame(Status::held, 1, 900), frame(Status::held, 9.9),
+  const std::vector<evaluation::FrameRecord> records = {frame(Status::held, 1), frame(Status::held, 9.9),
                                                         frame(Status::held, 10.1), frame(Status::lost, 0)};
-  const TrialResult result = summarize_trial(records, 0.2);
+  const TrialResult result = summarize_trial(records, std::vector<double>{900, 1000, 1000, 1200}, 0.2);
   CHECK(result.frames == 4);
   CHECK(result.good == 2);
   CHECK(result.wrong == 1);
@@ -54,6 +53,7 @@ TEST_CASE("Frames are good, wrong or lost: a twentieth of the diameter is the li
   CHECK(result.worst_depth == doctest::Approx(9.9e-3));
   CHECK(result.median_distance == doctest::Approx(5.45e-3));
   CHECK(result.least_pixels == 900);
+  CHECK(result.median_pixels == 1000);
   CHECK(result.textured_share == doctest::Approx(0.25));
   CHECK(result.median_ms == 2);
 }
@@ -73,7 +73,8 @@ TEST_CASE("The verdict's limits") {
 
 TEST_CASE("The report gives a word to every finding") {
   Findings findings;
-  findings.asked = summarize_trial(std::vector<evaluation::FrameRecord>(10, frame(Status::held, 2, 5000)), 0.2);
+  findings.asked = summarize_trial(std::vector<evaluation::FrameRecord>(10, frame(Status::held, 2)),
+                                   std::vector<double>(10, 5000.0), 0.2);
   findings.speed = 4;
   findings.metres_a_pixel = 0.001;
   findings.nearest = 0.5;

@@ -22,16 +22,16 @@ double diameter_of(const Mesh& mesh) {
 
 }  // namespace
 
-TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, double diameter) {
+TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, std::span<const double> pixels,
+                            double diameter) {
   const evaluation::Tolerance good{kGoodShareOfDiameter * diameter, kGoodRotation};
   TrialResult out;
-  std::vector<double> distance, depth, rotation, pixels, textured, ms;
+  std::vector<double> distance, depth, rotation, textured, ms;
   for (const evaluation::FrameRecord& record : records) {
     const FrameResult& result = record.result;
     ++out.frames;
-    pixels.push_back(result.visible_pixels);
-    if (result.visible_pixels > 0) {
-      textured.push_back(static_cast<double>(result.gradient_pixels) / std::max(1, result.usable_pixels));
+    if (result.usable_pixels > 0) {
+      textured.push_back(static_cast<double>(result.gradient_pixels) / result.usable_pixels);
     }
     ms.push_back(result.ms.total);
     if (result.status == Status::lost) {
@@ -45,8 +45,8 @@ TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, do
       rotation.push_back(record.error.rotation);
     }
   }
-  const auto median = [](const std::vector<double>& values) {
-    return values.empty() ? 0 : evaluation::quantile(values, 0.5);
+  const auto median = [](std::span<const double> values) {
+    return values.empty() ? 0 : evaluation::quantile({values.begin(), values.end()}, 0.5);
   };
   const auto largest = [](const std::vector<double>& values) {
     return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
@@ -81,9 +81,10 @@ void Trial::add(const simulation::SimulatedFrame& frame) {
   record.result.ms.total = took.count();
   record.error = evaluation::pose_error(frame.T_camera_object, record.result.T_camera_object);
   records_.push_back(record);
+  pixels_.push_back(cv::countNonZero(frame.object_mask >= 128));
 }
 
-TrialResult Trial::result() const { return summarize_trial(records_, diameter_); }
+TrialResult Trial::result() const { return summarize_trial(records_, pixels_, diameter_); }
 
 TrialResult run_trial(const simulation::Sequence& sequence, const Mesh& mesh, const Device& device, int threads) {
   Trial trial(mesh, sequence.camera(), device);

@@ -21,15 +21,16 @@ struct TrialResult {
   double median_distance = 0, worst_distance = 0;  ///< metres, of the good frames
   double worst_depth = 0;                          ///< metres, of the good frames
   double median_rotation = 0, worst_rotation = 0;  ///< radians, of the good frames
-  double median_pixels = 0, least_pixels = 0;      ///< of the object inside the frame
+  double median_pixels = 0, least_pixels = 0;      ///< of the picture, that show the object
   double textured_share = 0;                       ///< of the object's pixels that have a gradient to compare, median
   double median_ms = 0;                            ///< tracking, a frame
 
   double good_share() const { return frames > 0 ? static_cast<double>(good) / frames : 0; }
 };
 
-/// Sums up the frames of a sequence; `diameter` of the object in metres.
-TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, double diameter);
+/// Sums up the frames of a sequence: records, the object's visible pixels in each, its diameter in metres.
+TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, std::span<const double> pixels,
+                            double diameter);
 
 /// A tracker that follows a sequence as it is made, from the true first pose on, and is never reset.
 class Trial {
@@ -46,6 +47,7 @@ class Trial {
   Tracker tracker_;
   double diameter_;
   std::vector<evaluation::FrameRecord> records_;
+  std::vector<double> pixels_;  // of each frame that show the object
 };
 
 /// Follows all frames of a sequence without keeping them. `threads` draw at a time; 0: one a core.
