@@ -77,12 +77,13 @@ def main():
         "redundancy": tables.redundancy(runs),
         "motion": tables.motion(folders, scenario),
     }
+    # After every stage, so that an interrupted run leaves what it knows.
+    document.fill(target, parts)
     plots.errors_over_time(runs, scenario, images)
     pictures.draw(work, folders, scenario, images)
-    parts.update(sweeps.run(work, scenario, seeds, folders, images))
+    document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
     if given.sequences and given.sequences.is_dir():
-        parts["recorded"] = recorded.tables(work, given.sequences)
-    document.fill(target, parts)
+        document.fill(target, {"recorded": recorded.tables(work, given.sequences)})
     print("experiments: {} written in {:.0f} s ({} results made, {} kept)".format(
         target, time.monotonic() - work.start, work.made, work.reused))
     print(tables.verdict(runs, scenario))
