@@ -62,6 +62,7 @@ void copy(benchmark::State& state, Limits& limits, std::size_t bytes) {
   const cl::Buffer in(limits.context, CL_MEM_READ_ONLY, bytes), out(limits.context, CL_MEM_WRITE_ONLY, bytes);
   limits.queue.enqueueFillBuffer(in, 0.5f, 0, bytes);
   limits.queue.enqueueFillBuffer(out, 0.5f, 0, bytes);
+  limits.queue.finish();
   cl::Kernel kernel(limits.program, "copy");
   kernel.setArg(0, in);
   kernel.setArg(1, out);

@@ -26,9 +26,9 @@ def stages(result, path):
             for size in SIZES:
                 for mode in MODES:
                     run = runs[f"frame/{mode}/{size}"]
-                    ms = (run["real_time"] - sum(run[s + "_ms"] for s in STAGES) if stage == "other"
+                    ms = (run["frame_ms"] - sum(run[s + "_ms"] for s in STAGES) if stage == "other"
                           else run[stage + "_ms"])
-                    values.append(max(0.0, ms) / runs[f"opencv/{size}"]["real_time"])
+                    values.append(max(0.0, ms) / runs[f"opencv/{size}"]["frame_ms"])
             axis.barh(labels, values, left=left, label=stage)
             left = [a + b for a, b in zip(left, values)]
         axis.axvline(1, color="black", linewidth=0.8)
@@ -50,7 +50,7 @@ def sweeps(result, path):
     figure, axes = pyplot.subplots(1, len(panels), figsize=(13, 3.4))
     for axis, (sweep, label, x_of, scale) in zip(axes, panels):
         for mode in MODES:
-            points = sorted((x_of(name.split("/")[2], run), run["real_time"], run["render_ms"])
+            points = sorted((x_of(name.split("/")[2], run), run["frame_ms"], run["render_ms"])
                             for name, run in result["sweeps"].items() if name.startswith(f"{sweep}/{mode}/"))
             if points:
                 line = axis.plot([p[0] for p in points], [p[1] for p in points], marker="o", label=mode)
