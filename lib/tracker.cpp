@@ -17,8 +17,8 @@ constexpr double kLeastSide = 20;
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
 constexpr double kMostCorrection = 1.5;
-/// Pixels that are enough for a pose, and on coarser levels; of larger objects every second to fourth row is looked at.
-constexpr double kEnoughPixels = 6000, kEnoughPixelsCoarse = 8000;
+/// Pixels with a gradient that are enough for a pose; where there are more, every second to fourth row is looked at.
+constexpr double kEnoughPixels = 4000;
 constexpr int kMostThinning = 4;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
@@ -102,11 +102,8 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const Rect object = view_.bounds(view_.T_camera_object());
-  const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
-  return std::clamp(
-      static_cast<int>(std::lround(pixels / (level > options_.finest_level ? kEnoughPixelsCoarse : kEnoughPixels))), 1,
-      kMostThinning);
+  const double pixels = gradient_pixels_ / (1 << (2 * (level - options_.finest_level)));
+  return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
 }
 
 kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
@@ -271,6 +268,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
+    gradient_pixels_ = static_cast<double>(result.gradient_pixels) * thinning(finest_drawn_);
     surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
   } else {
@@ -316,6 +314,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;
   impl_->surviving_share_ = 1;
+  impl_->gradient_pixels_ = 0;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

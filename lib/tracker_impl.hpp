@@ -34,7 +34,7 @@ struct Tracker::Impl {
   ConstraintSums evaluate(int level, const Pose& D);
   /// Enqueues tests and constraints of every `thinning`th row.
   kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
-  /// Large objects have more pixels than a pose needs: every how manieth row to look at.
+  /// Large objects have more constraints than a pose needs: every how manieth row to look at.
   int thinning(int level) const;
   /// Decides every pixel of the last view again, at its last pose.
   void decide_all_pixels();
@@ -64,6 +64,7 @@ struct Tracker::Impl {
   Photometry photometry_;
   MotionModel motion_;
   std::vector<double> scale_;
+  double gradient_pixels_ = 0;  ///< on the finest level, of the last frame that was held
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
