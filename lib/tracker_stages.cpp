@@ -122,14 +122,15 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
   for (int redraw = 0; redraw < 2; ++redraw) {
     const Pose T_drawn = estimate.T_camera_object;
     const int top = redraw == 0 ? coarsest : finest;
-    if (!draw(T_drawn, finest, top - finest + 1)) {
-      estimate.solved = false;
-      return estimate;
-    }
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
       for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
+      device_.impl().queue.flush();  // the device works while the view is drawn
+    }
+    if (!draw(T_drawn, finest, top - finest + 1)) {
+      estimate.solved = false;
+      return estimate;
     }
     const Stopwatch watch(times_.solve);
     Pose D = Pose::Identity();
