@@ -108,7 +108,9 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   const Stopwatch watch(times_.solve);
   for (int level = coarsest; level >= finest; --level) {
     photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
-    if (level == coarsest && options_.photometric) evaluate(level, D);
+    // Right after a frame that was held its light still holds; otherwise it is taken before any step.
+    const bool lit = gradient_pixels_ > 0 && !motion_.lost();
+    if (level == coarsest && options_.photometric && !lit) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;
   }
