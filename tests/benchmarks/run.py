@@ -93,8 +93,7 @@ def main():
         result["machine"]["device"] = run["context"]["device"]
         result["threads"][str(threads)] = figures_of(run)
     print("bench: sizes of object, frame and mesh, and iterations, 1 thread", flush=True)
-    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|iterations/",
-                            max(3, arguments.repetitions // 2))
+    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|iterations/", arguments.repetitions)
     result["sweeps"] = figures_of(sweeps)
     for threads in counts:
         print(f"bench: kernels, {threads} thread{'s' if threads > 1 else ''}", flush=True)
