@@ -2,7 +2,8 @@
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
-#                 BASELINE where there is one (make bench-baseline saves the last result there)
+#                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
+#                 tables and plots of docs/performance.md)
 # make experiments  installs what is missing, then the paper's experiments again: docs/experiments.md and its pictures;
 #                 SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
 # make install    installs below PREFIX (/usr/local)
@@ -18,7 +19,7 @@ CTEST_FLAGS ?=
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments test bench bench-baseline install format check-format clean
+.PHONY: all deps demo experiments test bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -61,6 +62,10 @@ bench:
 
 bench-baseline:
 	cp $(BENCH)/result.json $(BASELINE)
+
+bench-docs:
+	mkdir -p docs/performance
+	cp $(BENCH)/report.txt $(BENCH)/stages.svg $(BENCH)/sweeps.svg docs/performance
 
 # Builds only where nothing is built yet, so that `sudo make install` leaves no files of root in the build folder.
 install:
