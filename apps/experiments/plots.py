@@ -92,7 +92,7 @@ def sweep(path, label, curves, logarithmic=False, mark=None):
     for axes in (success, error):
         if logarithmic:
             axes.set_xscale("log")
-            axes.set_xticks(at, ["{:g}".format(value) for value in at])
+            axes.set_xticks(at, ["{:.3g}".format(value) for value in at])
             axes.minorticks_off()
         if mark is not None:
             axes.axvline(mark, color="0.5", lw=0.8, ls="--")
