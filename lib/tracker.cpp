@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 #include "holdfast/error.hpp"
 #include "stopwatch.hpp"
@@ -126,7 +127,8 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
-  photometry_.eliminate(constraints_, options, sums);
+  // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
+  if (level == options_.finest_level) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
@@ -253,6 +255,8 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   }
   const bool search = options_.correlation_search && options_.mode == Mode::standard;
   const Appearance before = appearance();
+  moved_ = !motion_.lost() && options_.mode == Mode::standard;
+  exposure_ = getenv("EXPO") ? atof(getenv("EXPO")) : 0.5;
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
@@ -273,6 +277,7 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   start.poses[0] = T_start;
   start.count = 1;
   const Appearance before = appearance();
+  moved_ = false;
   FrameResult result = follow(frame, start, false);
   restore(before);
   return result;

@@ -70,6 +70,8 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
+  bool moved_ = false;    ///< the last pose was the frame before this one's
+  double exposure_ = 0;   ///< share of the time between frames that the shutter is open
   double usual_score_ = 1;  ///< of the coarse stage, running mean
 
   /// What a frame that was not held must not change.

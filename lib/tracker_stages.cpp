@@ -45,7 +45,12 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin);
+  Exposure exposure;
+  if (moved_ && exposure_ > 0) {
+    exposure.twist = exposure_ * log_se3(T_camera_object * motion_.pose().inverse());
+    exposure.pixels = exposure_ * corner_motion(motion_.pose(), T_camera_object);
+  }
+  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;
