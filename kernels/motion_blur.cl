@@ -1,5 +1,5 @@
-/* The rendered view as a camera sees it whose shutter is open while the object moves: each pixel is the mean of where its
-   surface comes from and goes to during the exposure (equation 6a of docs/math.md). */
+/* The rendered view as a camera sees it whose shutter is open while the object moves: each pixel is the mean of where
+   its surface comes from and goes to during the exposure (equation 6a of docs/math.md). */
 
 /* Interleaved pixels (premultiplied by coverage) and depth -> the same, averaged over `taps` moments. Pixels without
    surface stay empty: coverage says at the silhouette how much of the exposure the object was there. */
@@ -20,7 +20,8 @@ __kernel void motion_blur(__global const float* in, __global const float* depth,
       const float flow_x = exposure.fx * (dx - px * dz) / z, flow_y = exposure.fy * (dy - py * dz) / z;
       for (int k = 0; k < exposure.taps; ++k) {
         const float t = (k + 0.5f) / exposure.taps - 0.5f;
-        const float sx = clamp(x - t * flow_x, (float)rect.x, last_x), sy = clamp(y - t * flow_y, (float)rect.y, last_y);
+        const float sx = clamp(x - t * flow_x, (float)rect.x, last_x),
+                    sy = clamp(y - t * flow_y, (float)rect.y, last_y);
         const float left = floor(sx), top = floor(sy);
         const float u = sx - left, v = sy - top;
         __global const float* p = in + HF_PIXEL * element(layout, (int)left, (int)top);

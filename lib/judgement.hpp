@@ -16,6 +16,7 @@ struct Estimate {
   bool solved = false;
   ConstraintSums sums;
   double correlation = 0;
+  Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 
   /// Of the gradient pixels, the share that decided the pose.
   double used_share() const { return sums.used / std::max(1.0, sums.gradient); }

@@ -43,6 +43,8 @@ Pose MotionModel::extrapolated(int frames) const {
   return renormalized(predicted);
 }
 
+Pose MotionModel::predicted() const { return moving_ ? extrapolated(std::min(lost_frames_ + 1, kGoesOnFor)) : T_; }
+
 Pose MotionModel::turned(const Pose& T_camera_object, int way) const {
   const double angle = (way % 2 == 0 ? 1 : -1) * kSearchTurn * (1 + (way / 6) % 2);
   Pose result = Pose::Identity();
@@ -57,7 +59,7 @@ MotionModel::Hypotheses MotionModel::hypotheses(bool velocity, bool all) const {
   if (lost()) {
     add(T_);
     if (!all) return result;
-    const Pose gone_on = extrapolated(std::min(lost_frames_ + 1, kGoesOnFor));
+    const Pose gone_on = predicted();
     if (velocity && moving_) add(gone_on);
     add(turned(T_, lost_frames_));
     if (velocity && moving_) add(turned(gone_on, lost_frames_));

@@ -27,6 +27,12 @@ class MotionModel {
 
   bool lost() const { return lost_frames_ > 0; }
 
+  /// Whether it is known how the object moves: it was followed over two frames in a row.
+  bool moving() const { return moving_; }
+
+  /// Where the object would be in the next frame, had it gone on as it last moved (for a while, when it is lost).
+  Pose predicted() const;
+
   /// The poses to try: constant velocity first when `velocity`, then no motion when `all` or when there is no velocity.
   /// While the object is lost and `all`: where it was, where it would be had it gone on, and each of them turned,
   /// another way every frame.

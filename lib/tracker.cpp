@@ -1,9 +1,9 @@
 #include "holdfast/tracker.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 #include "holdfast/error.hpp"
 #include "stopwatch.hpp"
@@ -21,6 +21,10 @@ constexpr double kEnoughPixels = 16000;
 constexpr int kMostThinning = 8;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
+/// How far the object strays from constant velocity: object radii and radians, standard deviation.
+constexpr double kExpectedDeviation = 0.05;
+/// Starts of the fine stage while the object is lost: the most promising ones.
+constexpr std::size_t kFineStartsWhenLost = 3;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -58,9 +62,10 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
-      search_(device.impl(), levels_, std::max(1, options.search_radius)),
+      search_(device.impl(), levels_, std::max(kWholePictureRadius + 1, options.search_radius)),
       photometry_(device.impl(), levels_, options.photometric),
       motion_(p_object_center_),
+      keyframes_(p_object_center_),
       scale_(levels_.size(), kFirstScale) {
   device_.impl().queue.finish();
 }
@@ -145,6 +150,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
+    const bool recovering = search && options_.recovery && motion_.lost();
     Rect wanted;
     for (int i = 0; i < hypotheses.count; ++i)
       wanted = united(wanted, view_.bounds(hypotheses.poses[static_cast<std::size_t>(i)]));
@@ -155,6 +161,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     coarsest = std::max(coarsest, options_.finest_level);
     const int margin =
         ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
+    if (recovering) wanted = {0, 0, camera_.width, camera_.height};
     const Rect region = image_.region(grown(wanted, margin));
     if (!wanted.empty()) {
       {
@@ -166,8 +173,11 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       } else {
         const int coarse_finest = std::max(coarsest - 1, options_.finest_level);
         const bool coarse = coarsest > options_.finest_level;
+        const auto as_usual = [&](const Estimate& estimate) {
+          return motion_.lost() || estimate.score > kUsualScore * usual_fine_score_;
+        };
         // Starts of the fine stage, the most promising first.
-        std::array<Estimate, 8> starts;
+        std::array<Estimate, 10> starts;
         std::size_t start_count = 0;
         const auto add_start = [&](const Estimate& estimate) {
           std::size_t place = start_count++;
@@ -177,7 +187,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if (coarse) {
           {
             const Stopwatch watch(times_.filter);
-            for (int level = coarse_finest; level <= coarsest; ++level) {
+            const int searched = recovering ? recovery_level(coarsest) : coarsest;
+            for (int level = coarse_finest; level <= searched; ++level) {
               image_.enqueue_features(level, coarser(region, level));
             }
             device_.impl().queue.flush();  // the device works while the first view is drawn
@@ -190,24 +201,35 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
+        if (recovering && coarse) {
+          for (const Estimate& place : search_everywhere(recovery_level(coarsest))) {
+            if (place.score > 0) add_start(coarse_stage(place.T_camera_object, true, coarsest, coarse_finest));
+          }
+        }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
-        for (int i = 0; i < hypotheses.count; ++i) {
+        for (int i = 0; i < hypotheses.count && !recovering; ++i) {
           Estimate plain;
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
+        if (recovering) start_count = std::min(start_count, kFineStartsWhenLost);
         for (std::size_t i = 0; i < start_count; ++i) {
           const Estimate estimate =
               fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
                          coarse && coarse_finest > options_.finest_level);
           if (i == 0 || estimate.score > best.score) best = estimate;
-          if (is_good(best, options_, motion_.lost())) break;
+          if (is_good(best, options_, motion_.lost()) && as_usual(best)) break;
         }
-        if (coarse && is_good(best, options_, motion_.lost()))
-          usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+        if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
+        if (options_.motion_blur && moved_ && is_good(best, options_, motion_.lost())) best = measure_exposure(best);
+        if (is_good(best, options_, motion_.lost())) {
+          if (coarse) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+          usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
+        }
       }
     }
     result.T_camera_object = best.T_camera_object;
+    last_score_ = best.score;
     report(best, result);
   }
   result.iterations = solved_systems_;
@@ -225,8 +247,10 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   result.rows = static_cast<int>(sums.rows);
   result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
   result.correlation = estimate.correlation;
-  const double scale2 = sums.rows > 0 ? std::max(sums.weighted_square / sums.rows, 1e-8) : 1.0;
-  if (sums.rows > 0) result.information = conditioning().information(sums.A / scale2);
+  if (estimate.covariance.trace() > 0) {
+    const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
+    result.information = conditioning().information(0.5 * (information + information.transpose()));
+  }
   Verdict verdict = judge(estimate, options_, motion_.lost());
   result.status = verdict.status;
   result.reason = std::move(verdict.reason);
@@ -237,6 +261,8 @@ Tracker::Impl::Appearance Tracker::Impl::appearance() const {
   state.light = photometry_.object_pair();
   std::copy(scale_.begin(), scale_.end(), state.scale.begin());
   state.usual_score = usual_score_;
+  state.usual_fine_score = usual_fine_score_;
+  state.exposure = exposure_;
   state.surviving_share = surviving_share_;
   return state;
 }
@@ -245,6 +271,8 @@ void Tracker::Impl::restore(const Appearance& state) {
   photometry_.set_object_pair(state.light);
   std::copy(state.scale.begin(), state.scale.begin() + static_cast<std::ptrdiff_t>(scale_.size()), scale_.begin());
   usual_score_ = state.usual_score;
+  usual_fine_score_ = state.usual_fine_score;
+  exposure_ = state.exposure;
   surviving_share_ = state.surviving_share;
 }
 
@@ -256,17 +284,22 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   const bool search = options_.correlation_search && options_.mode == Mode::standard;
   const Appearance before = appearance();
   moved_ = !motion_.lost() && options_.mode == Mode::standard;
-  exposure_ = getenv("EXPO") ? atof(getenv("EXPO")) : 0.5;
+  expected_deviation_ = moved_ && motion_.moving() && options_.predict_velocity ? kExpectedDeviation : 0;
+  if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
     surviving_share_ = std::min(
         1.0, thinning(finest_drawn_) * static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
+    if (usual_fine_score_ > 0 && last_score_ > kUsualScore * usual_fine_score_) {
+      keyframes_.remember(result.T_camera_object);
+    }
   } else {
     restore(before);
+    if (!motion_.lost()) keyframes_.plan(motion_.pose());
     motion_.lose();
-    result.T_camera_object = motion_.pose();
+    result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
   }
   return result;
 }
@@ -278,6 +311,7 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   start.count = 1;
   const Appearance before = appearance();
   moved_ = false;
+  expected_deviation_ = 0;
   FrameResult result = follow(frame, start, false);
   restore(before);
   return result;
@@ -303,9 +337,11 @@ void Tracker::reset(const Pose& T_camera_object) {
                 "the pose puts the object out of view; check the camera's focal length and the pose's "
                 "unit (metres) and axes (x right, y down, z forward)");
   }
+  impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;
+  impl_->usual_fine_score_ = 1;
   impl_->surviving_share_ = 1;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;

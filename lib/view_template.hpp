@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "device_image.hpp"
-#include "holdfast/renderer.hpp"
 #include "holdfast/pose.hpp"
+#include "holdfast/renderer.hpp"
 #include "image_filter.hpp"
 #include "levels.hpp"
 
@@ -50,7 +50,6 @@ class ViewTemplate {
   Renderer& renderer() { return renderer_; }
   /// Milliseconds spent drawing in the last enqueue().
   double render_ms() const { return render_ms_; }
-
 
  private:
   void enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure);
