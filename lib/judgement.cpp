@@ -5,16 +5,27 @@
 namespace holdfast {
 namespace {
 
-/// What it takes to be found again after a loss: share of gradient pixels used, correlation.
+/// What it takes to be found again after a loss: share of gradient pixels used and correlation; or less of it, behind
+/// an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
+constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
+/// Worth starting from in the next frame, though not to be believed yet.
+constexpr double kPromisingShare = 0.15, kPromisingCorrelation = 0.9;
 /// Fewer gradient pixels than this are no texture.
 constexpr double kLeastGradientPixels = 20;
 
 }  // namespace
 
 bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {
-  return estimate.solved && estimate.used_share() >= (lost_before ? kFoundShare : options.lost_visible_share) &&
-         estimate.correlation >= (lost_before ? kFoundCorrelation : options.lost_correlation);
+  if (!estimate.solved) return false;
+  const double share = estimate.used_share(), correlation = estimate.correlation;
+  if (share < options.lost_visible_share || correlation < options.lost_correlation) return false;
+  return !lost_before || (share >= kFoundShare && correlation >= kFoundCorrelation) ||
+         (share >= kFoundPartShare && correlation >= kFoundPartCorrelation);
+}
+
+bool is_promising(const Estimate& estimate) {
+  return estimate.solved && estimate.used_share() >= kPromisingShare && estimate.correlation >= kPromisingCorrelation;
 }
 
 Verdict judge(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {

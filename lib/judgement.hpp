@@ -34,4 +34,7 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, bool lost
 /// As judge(), without words.
 bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
 
+/// Not to be believed, but worth starting from in the next frame.
+bool is_promising(const Estimate& estimate);
+
 }  // namespace holdfast

@@ -19,6 +19,7 @@ void MotionModel::reset(const Pose& T_camera_object) {
   rotation_.setIdentity();
   moving_ = false;
   lost_frames_ = 0;
+  suspected_ = false;
 }
 
 void MotionModel::advance(const Pose& T_camera_object) {
@@ -33,7 +34,15 @@ void MotionModel::advance(const Pose& T_camera_object) {
   moving_ = true;
 }
 
-void MotionModel::lose() { ++lost_frames_; }
+void MotionModel::lose() {
+  ++lost_frames_;
+  suspected_ = false;
+}
+
+void MotionModel::suspect(const Pose& T_camera_object) {
+  T_suspected_ = T_camera_object;
+  suspected_ = true;
+}
 
 Pose MotionModel::extrapolated(int frames) const {
   const Eigen::AngleAxisd turn(rotation_);
@@ -57,6 +66,7 @@ MotionModel::Hypotheses MotionModel::hypotheses(bool velocity, bool all) const {
   Hypotheses result;
   const auto add = [&](const Pose& pose) { result.poses[static_cast<std::size_t>(result.count++)] = pose; };
   if (lost()) {
+    if (suspected_) add(T_suspected_);
     add(T_);
     if (!all) return result;
     const Pose gone_on = predicted();

@@ -25,6 +25,8 @@ constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 constexpr double kExpectedDeviation = 0.05;
 /// Starts of the fine stage while the object is lost: the most promising ones.
 constexpr std::size_t kFineStartsWhenLost = 3;
+/// Share of the usual coarse score below which a place is not worth a closer look.
+constexpr double kHopelessScore = 0.3;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -177,7 +179,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           return motion_.lost() || estimate.score > kUsualScore * usual_fine_score_;
         };
         // Starts of the fine stage, the most promising first.
-        std::array<Estimate, 10> starts;
+        std::array<Estimate, 16> starts;
         std::size_t start_count = 0;
         const auto add_start = [&](const Estimate& estimate) {
           std::size_t place = start_count++;
@@ -214,6 +216,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         if (recovering) start_count = std::min(start_count, kFineStartsWhenLost);
         for (std::size_t i = 0; i < start_count; ++i) {
+          if (recovering && starts[i].score < kHopelessScore * usual_score_) break;
           const Estimate estimate =
               fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
                          coarse && coarse_finest > options_.finest_level);
@@ -230,6 +233,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     }
     result.T_camera_object = best.T_camera_object;
     last_score_ = best.score;
+    last_promising_ = is_promising(best);
     report(best, result);
   }
   result.iterations = solved_systems_;
@@ -299,6 +303,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     restore(before);
     if (!motion_.lost()) keyframes_.plan(motion_.pose());
     motion_.lose();
+    if (last_promising_) motion_.suspect(result.T_camera_object);
     result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
   }
   return result;

@@ -22,6 +22,8 @@ namespace holdfast {
 struct Tracker::Impl {
   /// Reach of the search over the whole picture, pixels of the level that it is done on: half a picture.
   static constexpr int kWholePictureRadius = 80;
+  /// Places that are looked at closely of those a search over the whole picture finds in one frame.
+  static constexpr std::size_t kPlacesAFrame = 8;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
@@ -36,8 +38,8 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
   /// A result below the usual is challenged: starts turned away from it and exposures compete with it.
   Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest);
-  /// Searches the whole picture for the next few remembered appearances; the best two places, as starts.
-  std::array<Estimate, 2> search_everywhere(int level);
+  /// Searches the whole picture for the next few remembered appearances; the best places, as starts.
+  std::array<Estimate, kPlacesAFrame> search_everywhere(int level);
   /// The level that the whole picture is searched on.
   int recovery_level(int coarsest) const;
   /// How well the view drawn at a pose with this exposure fits, light and motion left alone.
@@ -99,6 +101,7 @@ struct Tracker::Impl {
   double expected_deviation_ = 0;  ///< 0: nothing is expected
   int fast_frames_ = 0;            ///< since it was measured
   double usual_score_ = 1;         ///< of the coarse stage, running mean
+  bool last_promising_ = false;    ///< the last frame's estimate, whether or not it was believed
   double last_score_ = 0;          ///< of the fine stage, in the last frame
   double usual_fine_score_ = 1;    ///< of the fine stage, likewise
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "covariance.hpp"
 #include "stopwatch.hpp"
@@ -21,7 +22,7 @@ constexpr double kRowsPerObservation = 40;
 /// A start's own uncertainty where nothing is expected: object radii and radians.
 constexpr double kFreeDeviation = 0.3;
 /// Appearances that are searched for in one frame.
-constexpr int kAppearancesAFrame = 6;
+constexpr int kAppearancesAFrame = 8;
 /// What a doubtful result is turned by to start again, radians.
 constexpr double kChallengeTurn = 0.2;
 /// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
@@ -274,19 +275,21 @@ Estimate Tracker::Impl::measure_exposure(const Estimate& estimate) {
 }
 
 int Tracker::Impl::recovery_level(int coarsest) const {
-  int level = coarsest;
+  // Rougher than tracking needs: the coarser the level, the farther apart appearances may be.
+  int level = std::min(coarsest + 1, options_.levels - 1);
   while (level + 1 < options_.levels && std::max(camera_.width, camera_.height) >> (level + 1) > kWholePictureRadius) {
     ++level;
   }
   return level;
 }
 
-std::array<Estimate, 2> Tracker::Impl::search_everywhere(int level) {
-  std::array<Estimate, 2> best;
+std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywhere(int level) {
+  std::array<Estimate, kPlacesAFrame> best;
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
+  const double surviving_share = std::exchange(surviving_share_, 0.0);
   for (int i = 0; i < kAppearancesAFrame; ++i) {
     const Pose T_appearance = keyframes_.next();
-    moved_ = false;
     if (!draw(T_appearance, level, 1)) continue;
     const Stopwatch watch(times_.search);
     const ShiftSearch::Result shift = search_.search(view_, image_, level, kWholePictureRadius);
@@ -297,13 +300,13 @@ std::array<Estimate, 2> Tracker::Impl::search_everywhere(int level) {
     Estimate place;
     place.T_camera_object = renormalized(Pose(Keyframes::to_axis(ray).transpose()) * T_appearance);
     place.score = shift.score;
-    if (place.score > best[0].score) {
-      best[1] = best[0];
-      best[0] = place;
-    } else if (place.score > best[1].score) {
-      best[1] = place;
+    std::size_t rank = kPlacesAFrame;
+    for (; rank > 0 && best[rank - 1].score < place.score; --rank) {
+      if (rank < kPlacesAFrame) best[rank] = best[rank - 1];
     }
+    if (rank < kPlacesAFrame) best[rank] = place;
   }
+  surviving_share_ = surviving_share;
   return best;
 }
 
