@@ -1,18 +1,22 @@
 # make            builds the library and the program, Release: build/release/apps/holdfast
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
+# make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
+#                 BASELINE where there is one (make bench-baseline saves the last result there)
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 OUT ?= out/demo
+BENCH ?= out/bench
+BASELINE ?= $(BENCH)/baseline.json
 CMAKE_FLAGS ?=
 CTEST_FLAGS ?=
 
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo test install format check-format clean
+.PHONY: all deps demo test bench bench-baseline install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -37,6 +41,17 @@ test: deps
 	$(tested)/apps/holdfast devices
 	cd $(tested) && ctest --output-on-failure --no-tests=error --parallel $(JOBS) $(CTEST_FLAGS)
 	@sh tests/count.sh $(tested)/Testing/Temporary/LastTest.log
+
+bench:
+	@sh cmake/install-deps.sh build bench
+	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF -DHOLDFAST_BUILD_BENCHMARKS=ON $(CMAKE_FLAGS)
+	cmake --build $(release) --parallel $(JOBS)
+	python3 tests/benchmarks/run.py $(release) $(BENCH)
+	python3 tests/benchmarks/report.py $(BENCH)/result.json $(BASELINE) | tee $(BENCH)/report.txt
+	python3 tests/benchmarks/plots.py $(BENCH)/result.json $(BENCH)
+
+bench-baseline:
+	cp $(BENCH)/result.json $(BASELINE)
 
 # Builds only where nothing is built yet, so that `sudo make install` leaves no files of root in the build folder.
 install:

@@ -1,9 +1,11 @@
 #include "common_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <map>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "holdfast/error.hpp"
@@ -31,6 +33,18 @@ CLI::Option* add_choice(CLI::App& app, const char* name, Value& value, const std
         return words.contains(word) ? std::string() : "'" + word + "' is none of " + list;
       })
       ->type_name(list);
+}
+
+/// The library names an option's field, "option vote_share ..."; here it is the flag that was typed.
+std::string with_flag(const std::string& message) {
+  constexpr std::string_view mark = "option ";
+  if (!message.starts_with(mark)) {
+    return message;
+  }
+  std::string flag = message.substr(mark.size(), message.find(' ', mark.size()) - mark.size());
+  const std::string rest = message.substr(mark.size() + flag.size());
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return "--" + flag + rest;
 }
 
 }  // namespace
@@ -205,7 +219,11 @@ TrackerOptions TrackerArguments::options() const {
   for (const auto& override_field : overrides_) {
     override_field(options);
   }
-  options.validate();
+  try {
+    options.validate();
+  } catch (const Error& error) {
+    throw Error(error.code(), with_flag(error.what()));
+  }
   return options;
 }
 

@@ -2,13 +2,35 @@
    devices). Otherwise a work-item is one lane and a tile is one work-group of HF_GROUP items (GPUs). */
 #pragma OPENCL FP_CONTRACT OFF
 
+/* Vectors of 16 as arguments of a real call would go through memory. */
+#define INLINE __attribute__((always_inline)) inline
+
 #if HF_STRIPS
 #define LANES 16
 typedef float16 lane_float;
 typedef int16 lane_int;
 typedef uchar16 lane_uchar;
-#define LOAD(p) vload16(0, (p))
-#define STORE(v, p) vstore16((v), 0, (p))
+/* Vectors at any address. Not vload and vstore: PoCL 3.1 takes their vectors apart. */
+typedef struct __attribute__((packed)) {
+  float16 v;
+} packed_float16;
+typedef struct __attribute__((packed)) {
+  uchar16 v;
+} packed_uchar16;
+typedef struct __attribute__((packed)) {
+  float8 v;
+} packed_float8;
+typedef struct __attribute__((packed)) {
+  float4 v;
+} packed_float4;
+#define LOAD(p) (((__global const packed_float16*)(p))->v)
+#define STORE(x, p) (((__global packed_float16*)(p))->v = (x))
+#define LOAD_BYTES(p) (((__global const packed_uchar16*)(p))->v)
+#define STORE_BYTES(x, p) (((__global packed_uchar16*)(p))->v = (x))
+#define LOAD8(p) (((__global const packed_float8*)(p))->v)
+#define LOAD_PRIVATE(p) (((const packed_float16*)(p))->v)
+#define STORE_PRIVATE(x, p) (((packed_float16*)(p))->v = (x))
+#define STORE4_PRIVATE(x, p) (((packed_float4*)(p))->v = (x))
 #define TO_INT(v) convert_int16(v)
 #define TO_INT_DOWN(v) convert_int16_rtn(v)
 #define TO_FLOAT(v) convert_float16(v)
@@ -23,15 +45,18 @@ typedef uchar16 lane_uchar;
 /* Interleaved pixels: four at once. */
 typedef float16 pixel_vector;
 #define PIXELS_AT_ONCE 4
-#define LOAD_PIXELS(p) vload16(0, (p))
-#define STORE_PIXELS(v, p) vstore16((v), 0, (p))
+#define LOAD_PIXELS(p) LOAD(p)
+#define STORE_PIXELS(v, p) STORE(v, p)
 #else
 #define LANES 1
 typedef float lane_float;
 typedef int lane_int;
 typedef uchar lane_uchar;
 #define LOAD(p) (*(p))
-#define STORE(v, p) (*(p) = (v))
+#define STORE(x, p) (*(p) = (x))
+#define LOAD_BYTES(p) (*(p))
+#define STORE_BYTES(x, p) (*(p) = (x))
+#define LOAD8(p) vload8(0, (p))
 #define TO_INT(v) ((int)(v))
 #define TO_INT_DOWN(v) convert_int_rtn(v)
 #define TO_FLOAT(v) ((float)(v))
@@ -49,14 +74,52 @@ typedef float4 pixel_vector;
 #define STORE_PIXELS(v, p) vstore4((v), 0, (p))
 #endif
 
+/* One number of each of the pixels that are taken at once. */
+#if HF_STRIPS
+typedef float4 pixel_lane;
+typedef int4 pixel_mask;
+#define CHANNEL_0(v) (v).s048c
+#define CHANNEL_1(v) (v).s159d
+#define CHANNEL_2(v) (v).s26ae
+#define CHANNEL_3(v) (v).s37bf
+#define LOAD_LANE(p) (((__global const packed_float4*)(p))->v)
+#define STORE_LANE(x, p) (((__global packed_float4*)(p))->v = (x))
+#define PIXEL_INDEX ((int4)(0, 1, 2, 3))
+#define STORE_STATE(v, p) vstore4(convert_uchar4(v), 0, (p))
+#define NO_PIXEL(mask) (!any(mask))
+#define LOAD_PIXEL_BYTES(p) LOAD_BYTES(p)
+#define CONVERT_PIXELS(v) convert_float16(v)
+#define INTERLEAVED(a, b, c, d)                                                                                \
+  ((float16)((a).s0, (b).s0, (c).s0, (d).s0, (a).s1, (b).s1, (c).s1, (d).s1, (a).s2, (b).s2, (c).s2, (d).s2, \
+             (a).s3, (b).s3, (c).s3, (d).s3))
+#else
+typedef float pixel_lane;
+typedef int pixel_mask;
+#define CHANNEL_0(v) (v).x
+#define CHANNEL_1(v) (v).y
+#define CHANNEL_2(v) (v).z
+#define CHANNEL_3(v) (v).w
+#define LOAD_LANE(p) (*(p))
+#define STORE_LANE(v, p) (*(p) = (v))
+#define PIXEL_INDEX 0
+#define STORE_STATE(v, p) (*(p) = (uchar)(v))
+#define NO_PIXEL(mask) (!(mask))
+#define LOAD_PIXEL_BYTES(p) vload4(0, (p))
+#define CONVERT_PIXELS(v) convert_float4(v)
+#define INTERLEAVED(a, b, c, d) ((float4)((a), (b), (c), (d)))
+#endif
+
 /* select() by a comparison's result: vectors give -1, scalars 1. */
 #define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 
 int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.stride + x; }
 
+/* First row of a tile on the grid of rows that are looked at, which starts at the image's first row. */
+int first_row(int tile_y, int every) { return (every - tile_y * HF_TILE % every) % every; }
+
 /* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). `first` and
    `last` bound the cells that hold values. */
-void photometric_row(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x, int y,
+INLINE void photometric_row(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x, int y,
                      lane_float* gain, lane_float* bias) {
   const float row_position = (y - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
   const int upper = (int)floor(row_position);

@@ -7,16 +7,16 @@ typedef struct {
   uchar16 counted[2], passed[2];
 } vote_columns;
 
-void add_row(__global const uchar* row, vote_columns* columns, uchar weight) {
+INLINE void add_row(__global const uchar* row, vote_columns* columns, uchar weight) {
   for (int half_row = 0; half_row < 2; ++half_row) {
-    const uchar16 c = vload16(half_row, row);
+    const uchar16 c = LOAD_BYTES(row + 16 * half_row);
     columns->counted[half_row] += weight * (c >> (uchar)4);
     columns->passed[half_row] +=
         weight * (as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & (c >> (uchar)4));
   }
 }
 
-int16 neighbourhood_sum(const uchar16* columns, int radius) {
+INLINE int16 neighbourhood_sum(const uchar16* columns, int radius) {
   uchar line[32];
   vstore16(columns[0], 0, line);
   vstore16(columns[1], 1, line);
@@ -40,11 +40,11 @@ __kernel void flow_constraints(__global const float* value, __global const float
   const float16 nought = (float16)(0.0f), unit = (float16)(1.0f);
   float16 visible_pixels = nought, usable_pixels = nought, gradient_pixels = nought;
   int16 passes = (int16)(0);
-  for (int row = 0; row < HF_TILE; ++row) {
+  for (int row = first_row(ty, k.every); row < HF_TILE; row += k.every) {
     const int e = element(layout, x0, ty * HF_TILE + row);
-    const uchar16 class = LOAD(classes + e);
+    const uchar16 class = LOAD_BYTES(classes + e);
     if (!any(class != (uchar)0)) {
-      STORE(class, final_classes + e);
+      STORE_BYTES(class, final_classes + e);
       continue;
     }
     const int16 c = convert_int16(class & (uchar)15);
@@ -52,7 +52,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
     usable_pixels += CHOOSE(nought, unit, c >= HF_NO_GRADIENT);
     gradient_pixels += CHOOSE(nought, unit, convert_int16(class) >= HF_COUNTS_IN_VOTE);
     passes |= c == HF_USED;
-    STORE(class & (uchar)15, final_classes + e);
+    STORE_BYTES(class & (uchar)15, final_classes + e);
   }
   if (!any(passes)) {
     for (int i = 0; i < HF_SUM_STRIDE; i += 16) STORE(nought, out + i);
@@ -76,22 +76,23 @@ __kernel void flow_constraints(__global const float* value, __global const float
 
 #if HF_STRIPS
   vote_columns columns;
+  const int reach = k.vote_radius / k.every; /* rows that are looked at, up and down */
   if (k.block_vote) {
     columns.counted[0] = columns.counted[1] = columns.passed[0] = columns.passed[1] = (uchar16)(0);
-    for (int row = -k.vote_radius; row < k.vote_radius; ++row) {
-      add_row(classes + element(layout, x0 - 8, ty * HF_TILE + row), &columns, 1);
+    for (int i = -reach; i < reach; ++i) {
+      add_row(classes + element(layout, x0 - 8, ty * HF_TILE + first_row(ty, k.every) + i * k.every), &columns, 1);
     }
   }
 #endif
 
-  for (int row = TILE_ROW_BEGIN; row < HF_TILE; row += TILE_ROW_STEP) {
+  for (int row = first_row(ty, k.every) + TILE_ROW_BEGIN * k.every; row < HF_TILE; row += TILE_ROW_STEP * k.every) {
     const int y = ty * HF_TILE + row;
     const int e = element(layout, x0, y);
-    lane_int class = TO_INT(LOAD(classes + e));
+    lane_int class = TO_INT(LOAD_BYTES(classes + e));
 #if HF_STRIPS
     if (k.block_vote) {
-      add_row(classes + element(layout, x0 - 8, y + k.vote_radius), &columns, 1);
-      if (row > 0) add_row(classes + element(layout, x0 - 8, y - k.vote_radius - 1), &columns, (uchar)255);
+      add_row(classes + element(layout, x0 - 8, y + reach * k.every), &columns, 1);
+      if (row >= k.every) add_row(classes + element(layout, x0 - 8, y - (reach + 1) * k.every), &columns, (uchar)255);
     }
 #endif
     const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
@@ -107,7 +108,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       const lane_int counted = neighbourhood_sum(columns.counted, k.vote_radius), passed = neighbourhood_sum(columns.passed, k.vote_radius);
 #else
       int counted = 0, passed = 0;
-      for (int j = -k.vote_radius; j <= k.vote_radius; ++j) {
+      for (int j = -(k.vote_radius / k.every * k.every); j <= k.vote_radius; j += k.every) {
         for (int i = -k.vote_radius; i <= k.vote_radius; ++i) {
           const int c = classes[element(layout, x0 + i, y + j)];
           const int counting = c >> 4;
@@ -120,7 +121,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       class = CHOOSE(class, (lane_int)(HF_REJECTED_VOTE), outvoted);
       used = class == HF_USED;
     }
-    STORE(TO_UCHAR(class), final_classes + e);
+    STORE_BYTES(TO_UCHAR(class), final_classes + e);
     if (!ANY(used)) continue;
     const lane_float mask = CHOOSE(zero, one, used);
     total[HF_SUM_USED] += mask;

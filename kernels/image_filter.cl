@@ -6,80 +6,116 @@
 __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,
                     __global float* out) {
   const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {
+  const int below = HF_PIXEL * in_layout.stride;
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int x = rect.x + i;
     __global const float* p = in + HF_PIXEL * element(in_layout, 2 * x, 2 * y);
-    const float8 top = vload8(0, p), bottom = vload8(0, p + HF_PIXEL * in_layout.stride);
-    const float8 sum = top + bottom;
-    vstore4(0.25f * (sum.lo + sum.hi), 0, out + HF_PIXEL * element(out_layout, x, y));
-  }
-}
-
-/* One side's taps and the centre, with a constant number of taps where that is common: the loop then unrolls. */
-#define BLUR_SUM(STEP, RADIUS)                                                                              \
-  for (int k = 1; k <= (RADIUS); ++k) {                                                                     \
-    sum = fma((pixel_vector)(taps[k]), LOAD_PIXELS(in + e - (STEP) * k) + LOAD_PIXELS(in + e + (STEP) * k), sum); \
-  }
-#define BLUR(STEP)                  \
-  pixel_vector sum = taps[0] * LOAD_PIXELS(in + e); \
-  if (radius == 3) {                \
-    BLUR_SUM(STEP, 3)               \
-  } else {                          \
-    BLUR_SUM(STEP, radius)          \
-  }
-
-/* Row pass of the separable Gaussian: taps[0] is the centre. */
-__kernel void blur_rows(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
-                        __global float* out) {
-  const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
-    const int e = HF_PIXEL * element(layout, rect.x + i, y);
-    BLUR(HF_PIXEL)
-    STORE_PIXELS(sum, out + e);
+    __global float* o = out + HF_PIXEL * element(out_layout, x, y);
+#if HF_STRIPS
+    const float16 first = LOAD(p) + LOAD(p + below), second = LOAD(p + 16) + LOAD(p + below + 16);
+    const float16 even = (float16)(first.lo.lo, first.hi.lo, second.lo.lo, second.hi.lo);
+    const float16 odd = (float16)(first.lo.hi, first.hi.hi, second.lo.hi, second.hi.hi);
+    STORE(0.25f * (even + odd), o);
+#else
+    const float8 sum = vload8(0, p) + vload8(0, p + below);
+    vstore4(0.25f * (sum.lo + sum.hi), 0, o);
+#endif
   }
 }
 
 /* Channels divided by coverage; coverage kept. */
-float4 normalized_pixel(float4 p) {
-  const float coverage = p.w;
-  const float scale = coverage > 1e-4f ? 1.0f / coverage : 0.0f;
-  return (float4)(p.xyz * scale, coverage);
+INLINE pixel_lane inverse_coverage(pixel_lane coverage) {
+  const pixel_mask covered = coverage > 1e-4f;
+  return CHOOSE((pixel_lane)(0.0f), 1.0f / CHOOSE((pixel_lane)(1.0f), coverage, covered), covered);
 }
 
 #if HF_STRIPS
-pixel_vector normalized_pixels(pixel_vector p) {
-  return (pixel_vector)(normalized_pixel(p.s0123), normalized_pixel(p.s4567), normalized_pixel(p.s89ab),
-                        normalized_pixel(p.scdef));
+INLINE float16 normalized_pixels(float16 p) {
+  const float4 s = inverse_coverage(CHANNEL_3(p));
+  const float one = 1.0f;
+  return p * (float16)(s.xxx, one, s.yyy, one, s.zzz, one, s.www, one);
 }
 #else
-pixel_vector normalized_pixels(pixel_vector p) { return normalized_pixel(p); }
+float4 normalized_pixel(float4 p) { return (float4)(p.xyz * inverse_coverage(p.w), p.w); }
 #endif
 
-/* Column pass, then normalisation by coverage. */
-__kernel void blur_columns(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
-                           __global float* out) {
-  const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
-    const int e = HF_PIXEL * element(layout, rect.x + i, y);
-    const int step = HF_PIXEL * layout.stride;
-    BLUR(step)
-    STORE_PIXELS(normalized_pixels(sum), out + e);
+/* Separable Gaussian, then normalisation by coverage, a block at a time: rows are blurred into `lines` (which hold as
+   many as the column pass needs at once), columns are summed from there, so that nothing leaves the nearest cache
+   between the passes. taps[0] is the centre's. */
+#if HF_STRIPS
+#define BLOCK_COLUMNS HF_BLUR_COLUMNS
+#define BLOCK_ROWS HF_BLUR_ROWS
+#define LINE (HF_PIXEL * BLOCK_COLUMNS)
+/* The common reach written out: PoCL 3.1 does not unroll. */
+#define FOR_EACH_TAP                                 \
+  if (radius == 3) {                                 \
+    ADD_TAP(1) ADD_TAP(2) ADD_TAP(3)                 \
+  } else {                                           \
+    for (int k = 1; k <= radius; ++k) { ADD_TAP(k) } \
+  }
+
+INLINE void blur_block(__global const float* in, hf_layout layout, int x0, int y0, int columns, int rows,
+                       __constant float* taps, const int radius, float* lines, __global float* out) {
+  const int count = 2 * radius + 1;
+  for (int i = 0; i < rows + 2 * radius; ++i) {
+    float* line = lines + (i % count) * LINE;
+    __global const float* p = in + HF_PIXEL * element(layout, x0, y0 - radius + i);
+    for (int x = 0; x < HF_PIXEL * columns; x += 16) {
+      float16 sum = taps[0] * LOAD(p + x);
+#define ADD_TAP(k) sum = fma((float16)(taps[k]), LOAD(p + x - HF_PIXEL * (k)) + LOAD(p + x + HF_PIXEL * (k)), sum);
+      FOR_EACH_TAP
+#undef ADD_TAP
+      STORE_PRIVATE(sum, line + x);
+    }
+    const int row = i - 2 * radius;
+    if (row < 0) continue;
+    const float* line_of[2 * HF_MAX_RADIUS + 1];
+    for (int k = 0; k < count; ++k) line_of[k] = lines + ((row + k) % count) * LINE;
+    __global float* o = out + HF_PIXEL * element(layout, x0, y0 + row);
+    for (int x = 0; x < HF_PIXEL * columns; x += 16) {
+      float16 sum = taps[0] * LOAD_PRIVATE(line_of[radius] + x);
+#define ADD_TAP(k) \
+  sum = fma((float16)(taps[k]), LOAD_PRIVATE(line_of[radius - (k)] + x) + LOAD_PRIVATE(line_of[radius + (k)] + x), sum);
+      FOR_EACH_TAP
+#undef ADD_TAP
+      STORE(normalized_pixels(sum), o + x);
+    }
   }
 }
 
-/* Central differences, intensity a pixel; value and both derivatives side by side. */
-__kernel void image_features(__global const float* in, hf_layout layout, hf_rect rect, __global float* out) {
-  const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {
-    const int e = element(layout, rect.x + i, y);
-    __global const float* p = in + HF_PIXEL * e;
-    const int step = HF_PIXEL * layout.stride;
-    const float4 value = vload4(0, p);
-    const float4 dx = 0.5f * (vload4(0, p + HF_PIXEL) - vload4(0, p - HF_PIXEL));
-    const float4 dy = 0.5f * (vload4(0, p + step) - vload4(0, p - step));
-    __global float* o = out + HF_FEATURE * e;
-    vstore3(value.xyz, 0, o);
-    vstore3(dx.xyz, 1, o);
-    vstore3(dy.xyz, 2, o);
+__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
+                   __global float* out) {
+  const int x = BLOCK_COLUMNS * (int)get_group_id(0), y = BLOCK_ROWS * (int)get_group_id(1);
+  const int columns = min(BLOCK_COLUMNS, rect.width - x), rows = min(BLOCK_ROWS, rect.height - y);
+  float lines[(2 * HF_MAX_RADIUS + 1) * LINE];
+  /* The common reach as a constant, known inside the loops. */
+  if (radius == 3) {
+    blur_block(in, layout, rect.x + x, rect.y + y, columns, rows, taps, 3, lines, out);
+  } else {
+    blur_block(in, layout, rect.x + x, rect.y + y, columns, rows, taps, radius, lines, out);
   }
 }
+#else
+__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
+                   __global float* out) {
+  __local float4 lines[(HF_TILE + 2 * HF_MAX_RADIUS) * HF_TILE];
+  const int x0 = rect.x + HF_TILE * (int)get_group_id(0), y0 = rect.y + HF_TILE * (int)get_group_id(1);
+  for (int i = (int)get_local_id(0); i < (HF_TILE + 2 * radius) * HF_TILE; i += HF_GROUP) {
+    __global const float* p = in + HF_PIXEL * element(layout, x0 + i % HF_TILE, y0 - radius + i / HF_TILE);
+    float4 sum = taps[0] * vload4(0, p);
+    for (int k = 1; k <= radius; ++k) {
+      sum = fma((float4)(taps[k]), vload4(0, p - HF_PIXEL * k) + vload4(0, p + HF_PIXEL * k), sum);
+    }
+    lines[i] = sum;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int i = (int)get_local_id(0); i < HF_TILE * HF_TILE; i += HF_GROUP) {
+    const int x = x0 + i % HF_TILE, y = y0 + i / HF_TILE;
+    if (x >= rect.x + rect.width || y >= rect.y + rect.height) continue;
+    __local const float4* line = lines + i + radius * HF_TILE;
+    float4 sum = taps[0] * line[0];
+    for (int k = 1; k <= radius; ++k) sum = fma((float4)(taps[k]), line[-HF_TILE * k] + line[HF_TILE * k], sum);
+    vstore4(normalized_pixel(sum), 0, out + HF_PIXEL * element(layout, x, y));
+  }
+}
+#endif

@@ -11,7 +11,13 @@ out vec4 pixel;
 
 void main() {
 #if defined(TEXTURED)
-  vec4 color = texture(surface, fragment_coordinate);
+  // Four samples a pixel, averaged as light (nearly the square of what is encoded), as a camera's pixel does it.
+  vec2 across = 0.5 * dFdx(fragment_coordinate), down = 0.5 * dFdy(fragment_coordinate);
+  vec2 first = fragment_coordinate - 0.5 * (across + down);
+  vec4 a = texture(surface, first, -1.0), b = texture(surface, first + across, -1.0);
+  vec4 c = texture(surface, first + down, -1.0), d = texture(surface, first + across + down, -1.0);
+  vec4 color = vec4(sqrt(0.25 * (a.rgb * a.rgb + b.rgb * b.rgb + c.rgb * c.rgb + d.rgb * d.rgb)),
+                    0.25 * (a.a + b.a + c.a + d.a));
 #elif defined(VERTEX_COLORED)
   vec4 color = fragment_color;
 #else

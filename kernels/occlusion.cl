@@ -1,68 +1,94 @@
 /* Samples the frame where each rendered pixel lies now and compares gradients: equations 5 and 7 to 10 of
    docs/math.md. */
 
+/* Value and gradient (central differences) of three channels, and coverage. */
 typedef struct {
-  lane_float v[HF_SAMPLES];
-} warped_samples;
+  lane_float value[HF_CHANNELS], dx[HF_CHANNELS], dy[HF_CHANNELS], coverage;
+} frame_samples;
 
-/* Bilinear samples of value and gradient at (x, y), all inside the sampled region. */
+typedef struct {
+  float4 value, dx, dy;
+} pixel_sample;
+
+/* Bilinear between the four pixels around p[0] and p[HF_PIXEL], at (u, v) from p[0]. */
+INLINE pixel_sample sample_pixel(__global const float* p, int step, float u, float v) {
+  const float8 left0 = LOAD8(p - HF_PIXEL), right0 = LOAD8(p + HF_PIXEL);
+  const float8 left1 = LOAD8(p + step - HF_PIXEL), right1 = LOAD8(p + step + HF_PIXEL);
+  const float8 above = LOAD8(p - step), below = LOAD8(p + 2 * step);
+  const float8 across0 = right0 - left0, across1 = right1 - left1;
+  const float4 row0 = fma((float4)(u), right0.lo - left0.hi, left0.hi);
+  const float4 row1 = fma((float4)(u), right1.lo - left1.hi, left1.hi);
+  const float4 row_above = fma((float4)(u), above.hi - above.lo, above.lo);
+  const float4 row_below = fma((float4)(u), below.hi - below.lo, below.lo);
+  const float4 dx0 = fma((float4)(u), across0.hi - across0.lo, across0.lo);
+  const float4 dx1 = fma((float4)(u), across1.hi - across1.lo, across1.lo);
+  const float4 dy0 = row1 - row_above, dy1 = row_below - row0;
+  pixel_sample s;
+  s.value = fma((float4)(v), row1 - row0, row0);
+  s.dx = 0.5f * fma((float4)(v), dx1 - dx0, dx0);
+  s.dy = 0.5f * fma((float4)(v), dy1 - dy0, dy0);
+  return s;
+}
+
+/* At (x, y), all inside the sampled region. */
 #if HF_STRIPS
-void sample_features(__global const float* features, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
-                     warped_samples* samples) {
-  const int16 xi = convert_int16(x), yi = convert_int16(y);
-  float fx[16], fy[16], out[HF_SAMPLES][16];
-  int offset[16], want[16];
-  vstore16(x - convert_float16(xi), 0, fx);
-  vstore16(y - convert_float16(yi), 0, fy);
-  vstore16((yi * layout.stride + xi + layout.origin) * HF_FEATURE, 0, offset);
-  vstore16(wanted, 0, want);
-  const int step = HF_FEATURE * layout.stride;
-  for (int lane = 0; lane < 16; ++lane) {
-    float4 s[3] = {(float4)(0.0f), (float4)(0.0f), (float4)(0.0f)};
-    if (want[lane]) {
-      __global const float* p = features + offset[lane];
-      const float u = fx[lane], v = fy[lane];
-      const float w11 = u * v, w10 = v - w11, w01 = u - w11, w00 = 1.0f - u - w10;
-      for (int k = 0; k < 3; ++k) {
-        float4 sum = w00 * vload4(0, p + 3 * k);
-        sum = fma((float4)(w01), vload4(0, p + HF_FEATURE + 3 * k), sum);
-        sum = fma((float4)(w10), vload4(0, p + step + 3 * k), sum);
-        s[k] = fma((float4)(w11), vload4(0, p + step + HF_FEATURE + 3 * k), sum);
-      }
-    }
-    for (int k = 0; k < 3; ++k) {
-      out[3 * k][lane] = s[k].x;
-      out[3 * k + 1][lane] = s[k].y;
-      out[3 * k + 2][lane] = s[k].z;
-    }
+/* Sixteen vectors of four -> four of sixteen. */
+#define COLUMN(a, b, c, d, s) (float16)((a).s, (b).s, (c).s, (d).s)
+#define TRANSPOSE(in, out0, out1, out2)                                                                            \
+  {                                                                                                                \
+    const float16 a = LOAD_PRIVATE((in) + 0), b = LOAD_PRIVATE((in) + 16), c = LOAD_PRIVATE((in) + 32), d = LOAD_PRIVATE((in) + 48);                  \
+    out0 = COLUMN(a, b, c, d, s048c);                                                                              \
+    out1 = COLUMN(a, b, c, d, s159d);                                                                              \
+    out2 = COLUMN(a, b, c, d, s26ae);                                                                              \
   }
-  for (int k = 0; k < HF_SAMPLES; ++k) samples->v[k] = vload16(0, out[k]);
+
+INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
+                         frame_samples* samples) {
+  const int16 xi = convert_int16(x), yi = convert_int16(y);
+  float u[16], v[16], value[64], dx[64], dy[64];
+  int offset[16], want[16];
+  STORE_PRIVATE(x - convert_float16(xi), u);
+  STORE_PRIVATE(y - convert_float16(yi), v);
+  vstore16((yi * layout.stride + xi + layout.origin) * HF_PIXEL, 0, offset);
+  vstore16(wanted, 0, want);
+  const int step = HF_PIXEL * layout.stride;
+  for (int lane = 0; lane < 16; ++lane) {
+    pixel_sample s;
+    s.value = s.dx = s.dy = (float4)(0.0f);
+    if (want[lane]) s = sample_pixel(frame + offset[lane], step, u[lane], v[lane]);
+    STORE4_PRIVATE(s.value, value + 4 * lane);
+    STORE4_PRIVATE(s.dx, dx + 4 * lane);
+    STORE4_PRIVATE(s.dy, dy + 4 * lane);
+  }
+  TRANSPOSE(value, samples->value[0], samples->value[1], samples->value[2])
+  TRANSPOSE(dx, samples->dx[0], samples->dx[1], samples->dx[2])
+  TRANSPOSE(dy, samples->dy[0], samples->dy[1], samples->dy[2])
+  samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32), LOAD_PRIVATE(value + 48), s37bf);
 }
 #else
-void sample_features(__global const float* features, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
-                     warped_samples* samples) {
+void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
+                  frame_samples* samples) {
   const int xi = (int)x, yi = (int)y;
-  const float u = x - xi, v = y - yi;
-  const float w11 = u * v, w10 = v - w11, w01 = u - w11, w00 = 1.0f - u - w10;
-  __global const float* p = features + HF_FEATURE * element(layout, xi, yi);
-  const int step = HF_FEATURE * layout.stride;
-  for (int k = 0; k < 3; ++k) {
-    float4 sum = w00 * vload4(0, p + 3 * k);
-    sum = fma((float4)(w01), vload4(0, p + HF_FEATURE + 3 * k), sum);
-    sum = fma((float4)(w10), vload4(0, p + step + 3 * k), sum);
-    sum = fma((float4)(w11), vload4(0, p + step + HF_FEATURE + 3 * k), sum);
-    samples->v[3 * k] = sum.x;
-    samples->v[3 * k + 1] = sum.y;
-    samples->v[3 * k + 2] = sum.z;
-  }
+  const pixel_sample s =
+      sample_pixel(frame + HF_PIXEL * element(layout, xi, yi), HF_PIXEL * layout.stride, x - xi, y - yi);
+  samples->value[0] = s.value.x;
+  samples->value[1] = s.value.y;
+  samples->value[2] = s.value.z;
+  samples->dx[0] = s.dx.x;
+  samples->dx[1] = s.dx.y;
+  samples->dx[2] = s.dx.z;
+  samples->dy[0] = s.dy.x;
+  samples->dy[1] = s.dy.y;
+  samples->dy[2] = s.dy.z;
+  samples->coverage = s.value.w;
 }
 #endif
 
 /* One tile (work-item or work-group); `tiles` in units of HF_TILE pixels. Writes the samples (value, d/dx, d/dy in the
-   rendered view's axes) and the class of every pixel of the tile. */
+   rendered view's axes) and the class of every pixel of the rows that are looked at. */
 __kernel void occlusion_tests(__global const float* value, __global const float* dx, __global const float* dy,
                               int plane, __global const float* depth, __global const uchar* usable, hf_layout layout,
-                              hf_rect tiles, __global const float* features, hf_warp warp, hf_tests tests,
+                              hf_rect tiles, __global const float* frame, hf_warp warp, hf_tests tests,
                               __global const float* pairs, int cell_stride, __global float* samples,
                               __global uchar* classes) {
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
@@ -71,16 +97,13 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
   const lane_float column = (lane_float)(x0) + LANE_INDEX;
   const float one_over_fx = 1.0f / warp.fx, one_over_fy = 1.0f / warp.fy;
 
-  for (int row = TILE_ROW_BEGIN; row < HF_TILE; row += TILE_ROW_STEP) {
+  for (int row = first_row(ty, warp.every) + TILE_ROW_BEGIN * warp.every; row < HF_TILE;
+       row += TILE_ROW_STEP * warp.every) {
     const int y = ty * HF_TILE + row;
     const int e = element(layout, x0, y);
-    const lane_int state = TO_INT(LOAD(usable + e));
+    const lane_int state = TO_INT(LOAD_BYTES(usable + e));
     if (!ANY(state != 0)) {
-      STORE((lane_uchar)(0), classes + e);
-      continue;
-    }
-    if ((tx + ty) % warp.thinning != 0) {
-      STORE(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
+      STORE_BYTES((lane_uchar)(0), classes + e);
       continue;
     }
     const lane_float z = LOAD(depth + e);
@@ -94,23 +117,24 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
     const lane_float safe_z = CHOOSE((lane_float)(1.0f), qz, qz > 1e-6f);
     const lane_float u = fma(warp.fx * qx, 1.0f / safe_z, (lane_float)(warp.cx));
     const lane_float v = fma(warp.fy * qy, 1.0f / safe_z, (lane_float)(warp.cy));
-    const lane_int wanted = (state == HF_USED) & (qz > 1e-6f) & (u >= warp.min_x) & (v >= warp.min_y) &
+    lane_int wanted = (state == HF_USED) & (qz > 1e-6f) & (u >= warp.min_x) & (v >= warp.min_y) &
                             (u < warp.max_x) & (v < warp.max_y);
     if (!ANY(wanted)) {
-      STORE(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
+      STORE_BYTES(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
       continue;
     }
     const lane_float su = CHOOSE((lane_float)(warp.min_x), u, wanted), sv = CHOOSE((lane_float)(warp.min_y), v, wanted);
-    warped_samples s;
-    sample_features(features, layout, su, sv, wanted, &s);
+    frame_samples s;
+    sample_frame(frame, layout, su, sv, wanted, &s);
+    wanted &= s.coverage >= HF_LEAST_COVERAGE;
 
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0), apart = (lane_int)(0);
     for (int c = 0; c < HF_CHANNELS; ++c) {
-      const lane_float ix = fma((lane_float)(warp.turn[0]), s.v[3 + c], warp.turn[1] * s.v[6 + c]);
-      const lane_float iy = fma((lane_float)(warp.turn[2]), s.v[3 + c], warp.turn[3] * s.v[6 + c]);
-      STORE(s.v[c], samples + c * plane + e);
+      const lane_float ix = fma((lane_float)(warp.turn[0]), s.dx[c], warp.turn[1] * s.dy[c]);
+      const lane_float iy = fma((lane_float)(warp.turn[2]), s.dx[c], warp.turn[3] * s.dy[c]);
+      STORE(s.value[c], samples + c * plane + e);
       STORE(ix, samples + (3 + c) * plane + e);
       STORE(iy, samples + (6 + c) * plane + e);
       const lane_float vx = gain[c] * LOAD(dx + c * plane + e), vy = gain[c] * LOAD(dy + c * plane + e);
@@ -125,13 +149,11 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       const lane_float larger = sqrt(fmax(mv2, mi2));
       const lane_float limit = fma((lane_float)(tests.difference_relative), larger,
                                    (lane_float)(tests.difference_maximum));
-      lane_float difference;
       if (tests.compare_magnitudes) {
-        difference = larger - sqrt(fmin(mv2, mi2));
+        apart |= larger - sqrt(fmin(mv2, mi2)) >= limit;
       } else {
-        difference = sqrt(fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)));
+        apart |= fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) >= limit * limit;
       }
-      apart |= difference >= limit;
     }
     const lane_int gradients = tests.all_channels ? all_strong : any_strong;
     lane_int class = (lane_int)(HF_USED);
@@ -142,6 +164,6 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
     class |= CHOOSE((lane_int)(0), (lane_int)(HF_COUNTS_IN_VOTE), counts);
     class = CHOOSE((lane_int)(HF_UNUSABLE), class, wanted);
     class = CHOOSE((lane_int)(HF_NOT_VISIBLE), class, state != 0);
-    STORE(TO_UCHAR(class), classes + e);
+    STORE_BYTES(TO_UCHAR(class), classes + e);
   }
 }

@@ -7,10 +7,12 @@
 #define HF_PAD 16       /* never-written (zero) pixels around every level image */
 #define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
 #define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
-#define HF_FEATURE 9    /* floats of an image feature: value, d/dx, d/dy, each three channels */
 #define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
 #define HF_VOTE_RADIUS 4 /* of the largest neighbourhood: 9x9 */
 #define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
+#define HF_BLUR_COLUMNS 64 /* pixels of the block that an item of the 'strips' partition blurs */
+#define HF_BLUR_ROWS 32
+#define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */
 #define HF_GROUP 64     /* work-items of a tile's group in the 'groups' partition */
 
 /* Pixel classes: as holdfast::PixelClass. */
@@ -86,7 +88,7 @@ typedef struct {
   HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
   HF_FLOAT turn[4];            /* 2x2, rows: turns frame gradients into the rendered view's axes */
   HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
-  HF_INT thinning;             /* every how manieth tile is looked at, along diagonals; 1: all */
+  HF_INT every;                /* every how manieth row of pixels is looked at; 1: all */
 } hf_warp;
 
 /* What the object does while the shutter is open: a point P moves by v + w x P, half of it before the frame's pose. */
@@ -109,6 +111,7 @@ typedef struct {
   HF_FLOAT center[3];          /* reference point of rotation, camera frame */
   HF_FLOAT radius;             /* scale of translation, metres */
   HF_FLOAT fx, fy, cx, cy;
+  HF_INT every;                /* rows, as in hf_warp */
   HF_INT block_vote;
   HF_INT vote_radius;          /* at most HF_VOTE_RADIUS */
   HF_FLOAT vote_share;

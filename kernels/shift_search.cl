@@ -1,29 +1,71 @@
 /* How well the frame's gradients agree with the rendered view's when the view is shifted by whole pixels: one score a
    shift, bounded a pixel, so that neither light nor partial occlusion decides (equation 14 of docs/math.md). */
+
+/* Blurred frame -> planes that shifts are looked up in: d/dx and d/dy of three channels, squared length. */
+__kernel void frame_gradients(__global const float* frame, hf_layout layout, hf_rect rect, __global float* out,
+                              int plane) {
+  const int y = rect.y + (int)get_global_id(1);
+  const int step = HF_PIXEL * layout.stride;
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
+    const int e = element(layout, rect.x + i, y);
+    __global const float* p = frame + HF_PIXEL * e;
+    const pixel_vector gx = 0.5f * (LOAD_PIXELS(p + HF_PIXEL) - LOAD_PIXELS(p - HF_PIXEL));
+    const pixel_vector gy = 0.5f * (LOAD_PIXELS(p + step) - LOAD_PIXELS(p - step));
+    const pixel_vector squares = fma(gx, gx, gy * gy);
+    STORE_LANE(CHANNEL_0(gx), out + e);
+    STORE_LANE(CHANNEL_1(gx), out + e + plane);
+    STORE_LANE(CHANNEL_2(gx), out + e + 2 * plane);
+    STORE_LANE(CHANNEL_0(gy), out + e + 3 * plane);
+    STORE_LANE(CHANNEL_1(gy), out + e + 4 * plane);
+    STORE_LANE(CHANNEL_2(gy), out + e + 5 * plane);
+    STORE_LANE(CHANNEL_0(squares) + CHANNEL_1(squares) + CHANNEL_2(squares), out + e + 6 * plane);
+  }
+}
+
+/* LANES neighbouring shifts of a row of shifts; as many rows as get_global_size(1). */
 __kernel void shift_scores(__global const float* dx, __global const float* dy, int plane, __global const uchar* usable,
-                           hf_layout layout, hf_rect rect, int step, __global const float* features, int4 sampled,
-                           int first_x, int first_y, __global float* scores) {
-  const int shift_x = first_x + (int)get_global_id(0), shift_y = first_y + (int)get_global_id(1);
-  float agreement = 0.0f, weight = 0.0f;
+                           hf_layout layout, hf_rect rect, int step, __global const float* gradients,
+                           int gradient_plane, int4 sampled, int radius, __global float* scores) {
+  const int first_x = LANES * (int)get_global_id(0) - radius, shift_y = (int)get_global_id(1) - radius;
+  lane_float agreement = (lane_float)(0.0f);
+  float weight = 0.0f;
   for (int y = rect.y; y < rect.y + rect.height; y += step) {
     for (int x = rect.x; x < rect.x + rect.width; x += step) {
       const int e = element(layout, x, y);
       if (usable[e] != HF_USED) continue;
-      const float4 vx = (float4)(dx[e], dx[e + plane], dx[e + 2 * plane], 0.0f);
-      const float4 vy = (float4)(dy[e], dy[e + plane], dy[e + 2 * plane], 0.0f);
-      const float mv2 = dot(vx, vx) + dot(vy, vy);
+      float vx[HF_CHANNELS], vy[HF_CHANNELS], mv2 = 0.0f;
+      for (int c = 0; c < HF_CHANNELS; ++c) {
+        vx[c] = dx[e + c * plane];
+        vy[c] = dy[e + c * plane];
+        mv2 += vx[c] * vx[c] + vy[c] * vy[c];
+      }
       if (mv2 < 1e-5f) continue;
       const float mv = sqrt(mv2);
       weight += mv;
-      const int u = x + shift_x, v = y + shift_y;
-      if (u < sampled.x || v < sampled.y || u > sampled.z || v > sampled.w) continue;
-      __global const float* p = features + HF_FEATURE * element(layout, u, v);
-      float4 ix = vload4(0, p + 3), iy = vload4(0, p + 6);
-      ix.w = iy.w = 0.0f;
-      const float mi2 = dot(ix, ix) + dot(iy, iy);
-      agreement += mv * (dot(vx, ix) + dot(vy, iy)) / (0.5f * (mv2 + mi2) + 1e-5f);
+      const int v = y + shift_y;
+      if (v < sampled.y || v > sampled.w) continue;
+      const lane_float u = (lane_float)(x + first_x) + LANE_INDEX;
+      const lane_int inside = (u >= (float)sampled.x) & (u <= (float)sampled.z);
+      if (!ANY(inside)) continue;
+      __global const float* p = gradients + element(layout, x + first_x, v);
+      lane_float along = (lane_float)(0.0f);
+      for (int c = 0; c < HF_CHANNELS; ++c) {
+        along = fma((lane_float)(vx[c]), LOAD(p + c * gradient_plane), along);
+        along = fma((lane_float)(vy[c]), LOAD(p + (3 + c) * gradient_plane), along);
+      }
+      const lane_float scale = 0.5f * (mv2 + LOAD(p + 6 * gradient_plane)) + 1e-5f;
+      agreement += CHOOSE((lane_float)(0.0f), mv * along / scale, inside);
     }
   }
-  scores[(int)get_global_id(1) * (int)get_global_size(0) + (int)get_global_id(0)] =
-      weight > 0.0f ? agreement / weight : 0.0f;
+  const int side = (int)get_global_size(1);
+  __global float* row = scores + (int)get_global_id(1) * side;
+#if HF_STRIPS
+  float lanes[16];
+  vstore16(agreement, 0, lanes);
+  for (int i = 0; i < 16 && first_x + radius + i < side; ++i) {
+    row[first_x + radius + i] = weight > 0.0f ? lanes[i] / weight : 0.0f;
+  }
+#else
+  row[first_x + radius] = weight > 0.0f ? agreement / weight : 0.0f;
+#endif
 }

@@ -4,21 +4,23 @@
 __kernel void unpack_view(__global const uchar* rgba, __global const float* window_depth, hf_view view, hf_rect rect,
                           hf_layout layout, __global float* pixels, __global float* depth) {
   const int row = (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int source = row * view.stride + i;
     const int e = element(layout, rect.x + i, rect.y + row);
-    const float d = window_depth[source];
-    const float z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
-    const uchar4 c = vload4(0, rgba + 4 * source);
-    const bool drawn = d < 1.0f;
-    float4 pixel = (float4)(0.0f);
-    if (drawn && c.w != 0) {
-      const float3 rgb = (float3)(c.x, c.y, c.z) * (1.0f / 255.0f);
-      pixel = view.grey ? (float4)(0.299f * rgb.x + 0.587f * rgb.y + 0.114f * rgb.z, 0.0f, 0.0f, 1.0f)
-                        : (float4)(rgb, 1.0f);
+    const pixel_lane d = LOAD_LANE(window_depth + source);
+    const pixel_lane z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
+    const pixel_mask drawn = d < 1.0f;
+    STORE_LANE(CHOOSE((pixel_lane)(0.0f), z, drawn), depth + e);
+    const pixel_vector bytes = CONVERT_PIXELS(LOAD_PIXEL_BYTES(rgba + 4 * source));
+    const pixel_lane known =
+        CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), drawn & (CHANNEL_3(bytes) > 0.0f));
+    pixel_lane red = CHANNEL_0(bytes) * known * (1.0f / 255.0f), green = CHANNEL_1(bytes) * known * (1.0f / 255.0f);
+    pixel_lane blue = CHANNEL_2(bytes) * known * (1.0f / 255.0f);
+    if (view.grey) {
+      red = 0.299f * red + 0.587f * green + 0.114f * blue;
+      green = blue = (pixel_lane)(0.0f);
     }
-    vstore4(pixel, 0, pixels + HF_PIXEL * e);
-    depth[e] = drawn ? z : 0.0f;
+    STORE_PIXELS(INTERLEAVED(red, green, blue, known), pixels + HF_PIXEL * e);
   }
 }
 
@@ -34,32 +36,6 @@ __kernel void halve_depth(__global const float* in, hf_layout in_layout, hf_rect
     out[element(out_layout, x, y)] = count > 0.0f ? (z.x + z.y + z.z + z.w) / count : 0.0f;
   }
 }
-
-#if HF_STRIPS
-typedef float4 pixel_lane; /* one number of each of the pixels taken at once */
-typedef int4 pixel_mask;
-#define CHANNEL_0(v) (v).s048c
-#define CHANNEL_1(v) (v).s159d
-#define CHANNEL_2(v) (v).s26ae
-#define CHANNEL_3(v) (v).s37bf
-#define LOAD_LANE(p) vload4(0, (p))
-#define STORE_LANE(v, p) vstore4((v), 0, (p))
-#define PIXEL_INDEX ((int4)(0, 1, 2, 3))
-#define STORE_STATE(v, p) vstore4(convert_uchar4(v), 0, (p))
-#define NO_PIXEL(mask) (!any(mask))
-#else
-typedef float pixel_lane;
-typedef int pixel_mask;
-#define CHANNEL_0(v) (v).x
-#define CHANNEL_1(v) (v).y
-#define CHANNEL_2(v) (v).z
-#define CHANNEL_3(v) (v).w
-#define LOAD_LANE(p) (*(p))
-#define STORE_LANE(v, p) (*(p) = (v))
-#define PIXEL_INDEX 0
-#define STORE_STATE(v, p) (*(p) = (uchar)(v))
-#define NO_PIXEL(mask) (!(mask))
-#endif
 
 pixel_mask depth_jump(pixel_lane z, pixel_lane other, float relative) {
   return (other <= 0.0f) | (fabs(other - z) > relative * z);

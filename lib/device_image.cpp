@@ -41,7 +41,7 @@ DeviceImage::DeviceImage(const Device::Impl& device, const Camera& camera, const
   for (const Level& level : levels) {
     LevelBuffers buffers;
     buffers.pixels = device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float));
-    buffers.features = device.zeroed_buffer((level.elements * HF_FEATURE + kGuardFloats) * sizeof(float));
+    buffers.blurred = device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float));
     levels_buffers_.push_back(std::move(buffers));
   }
   staging_ = device.zeroed_buffer(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 4 +
@@ -131,7 +131,7 @@ void DeviceImage::enqueue_convert(const cl::Buffer& buffer, PixelFormat format, 
   }
 }
 
-void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
+void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
   const auto l = static_cast<std::size_t>(level_index);
   const Level& level = levels_[l];
   const Rect available = coarser(region_, level_index);
@@ -145,8 +145,7 @@ void DeviceImage::enqueue_features(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
-  const cl::Buffer& blurred = filter_.enqueue_blur(buffers.pixels, level, rect);
-  filter_.enqueue_features(blurred, level, rect, buffers.features);
+  filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred);
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
   // frame's own border the blur is normalised by coverage and only the outermost difference is not.

@@ -23,18 +23,19 @@ class DeviceImage {
   void enqueue_upload(const ImageView& frame, const Rect& region);
   void enqueue_upload(const DeviceImageView& frame, const Rect& region);
 
-  /// Blurs and differentiates a level inside `rect_of_level` (of the uploaded region).
-  void enqueue_features(int level, const Rect& rect_of_level);
+  /// Blurs a level inside `rect_of_level` (of the uploaded region).
+  void enqueue_blur(int level, const Rect& rect_of_level);
 
-  const cl::Buffer& features(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].features; }
-  /// Level pixels [x, x + width) x [y, y + height) whose features are exact.
+  /// Interleaved: three channels, coverage.
+  const cl::Buffer& blurred(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].blurred; }
+  /// Level pixels [x, x + width) x [y, y + height) whose central differences are exact.
   const Rect& valid(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].valid; }
   /// One channel only.
   bool grey() const { return grey_; }
 
  private:
   struct LevelBuffers {
-    cl::Buffer pixels, features;
+    cl::Buffer pixels, blurred;
     Rect valid;
   };
 

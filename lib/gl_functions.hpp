@@ -27,9 +27,11 @@ namespace holdfast {
   X(create_shader, PFNGLCREATESHADERPROC, "glCreateShader")                                    \
   X(delete_shader, PFNGLDELETESHADERPROC, "glDeleteShader")                                    \
   X(delete_textures, PFNGLDELETETEXTURESPROC, "glDeleteTextures")                              \
+  X(cull_face, PFNGLCULLFACEPROC, "glCullFace")                                                \
   X(depth_func, PFNGLDEPTHFUNCPROC, "glDepthFunc")                                             \
   X(disable, PFNGLDISABLEPROC, "glDisable")                                                    \
   X(draw_elements, PFNGLDRAWELEMENTSPROC, "glDrawElements")                                    \
+  X(front_face, PFNGLFRONTFACEPROC, "glFrontFace")                                             \
   X(enable, PFNGLENABLEPROC, "glEnable")                                                       \
   X(enable_vertex_attrib_array, PFNGLENABLEVERTEXATTRIBARRAYPROC, "glEnableVertexAttribArray") \
   X(framebuffer_renderbuffer, PFNGLFRAMEBUFFERRENDERBUFFERPROC, "glFramebufferRenderbuffer")   \

@@ -18,7 +18,7 @@ std::vector<float> ImageFilter::gaussian_taps(double sigma) {
   return taps;
 }
 
-ImageFilter::ImageFilter(const Device::Impl& device, double sigma, const std::vector<Level>& levels) : device_(device) {
+ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(device) {
   auto taps = gaussian_taps(sigma);
   radius_ = static_cast<int>(taps.size()) - 1;
   if (radius_ > HF_MAX_RADIUS) {
@@ -27,13 +27,8 @@ ImageFilter::ImageFilter(const Device::Impl& device, double sigma, const std::ve
                     " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
   }
   taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, taps.size() * sizeof(float), taps.data());
-  const std::size_t bytes = (levels[0].elements * HF_PIXEL + kGuardFloats) * sizeof(float);
-  scratch_ = device.zeroed_buffer(bytes);
-  blurred_ = device.zeroed_buffer(bytes);
   halve_ = device.kernel("halve");
-  blur_rows_ = device.kernel("blur_rows");
-  blur_columns_ = device.kernel("blur_columns");
-  features_ = device.kernel("image_features");
+  blur_ = device.kernel("blur");
 }
 
 void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
@@ -46,29 +41,15 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
   device_.enqueue_rows(halve_, rect.width, rect.height);
 }
 
-const cl::Buffer& ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect) {
-  const auto enqueue = [&](cl::Kernel& kernel, const cl::Buffer& from, const cl::Buffer& to, const Rect& area) {
-    kernel.setArg(0, from);
-    kernel.setArg(1, level.layout);
-    kernel.setArg(2, to_kernel(area));
-    kernel.setArg(3, taps_);
-    kernel.setArg(4, radius_);
-    kernel.setArg(5, to);
-    device_.enqueue_rows(kernel, area.width, area.height);
-  };
-  // The columns' pass reads rows above and below: at the image's border too they must be of this image (zero), not what
-  // another level or the other image left in the scratch memory.
-  enqueue(blur_rows_, in, scratch_, {rect.x, rect.y - radius_, rect.width, rect.height + 2 * radius_});
-  enqueue(blur_columns_, scratch_, blurred_, rect);
-  return blurred_;
-}
-
-void ImageFilter::enqueue_features(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out) {
-  features_.setArg(0, in);
-  features_.setArg(1, level.layout);
-  features_.setArg(2, to_kernel(rect));
-  features_.setArg(3, out);
-  device_.enqueue_rows(features_, rect.width, rect.height);
+void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out) {
+  const int columns = device_.strips ? HF_BLUR_COLUMNS : HF_TILE, rows = device_.strips ? HF_BLUR_ROWS : HF_TILE;
+  blur_.setArg(0, in);
+  blur_.setArg(1, level.layout);
+  blur_.setArg(2, to_kernel(rect));
+  blur_.setArg(3, taps_);
+  blur_.setArg(4, radius_);
+  blur_.setArg(5, out);
+  device_.enqueue_tiles(blur_, (rect.width + columns - 1) / columns, (rect.height + rows - 1) / rows);
 }
 
 }  // namespace holdfast

@@ -32,7 +32,7 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
   // Exclusive: a bilinear sample reads the next pixel too.
   warp.max_x = static_cast<float>(valid.x + valid.width - 1);
   warp.max_y = static_cast<float>(valid.y + valid.height - 1);
-  warp.thinning = 1;
+  warp.every = 1;
   return warp;
 }
 
@@ -71,7 +71,7 @@ void OcclusionTest::enqueue(const ViewTemplate& view, const DeviceImage& image, 
   kernel_.setArg(5, planes.usable);
   kernel_.setArg(6, level.layout);
   kernel_.setArg(7, planes.tiles);
-  kernel_.setArg(8, image.features(level_index));
+  kernel_.setArg(8, image.blurred(level_index));
   kernel_.setArg(9, warp);
   kernel_.setArg(10, tests);
   kernel_.setArg(11, photometry);

@@ -43,7 +43,7 @@ void TrackerOptions::validate() const {
   check(silhouette_margin >= 0 && silhouette_margin <= 8, "silhouette_margin", "in [0, 8] pixels");
   check(depth_jump > 0, "depth_jump", "positive");
   check(levels >= 1 && levels <= 6, "levels", "in [1, 6]");
-  check(finest_level >= 0 && finest_level < levels, "finest_level", "at least 0 and less than levels");
+  check(finest_level >= 0 && finest_level < levels, "finest_level", "at least 0 and less than the number of levels");
   check(iterations >= 1 && iterations <= 100, "iterations", "in [1, 100]");
   check(search_radius >= 0 && search_radius <= 512, "search_radius", "in [0, 512] pixels");
   check(lost_correlation >= -1 && lost_correlation <= 1, "lost_correlation", "in [-1, 1]");

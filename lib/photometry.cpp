@@ -63,19 +63,22 @@ void Photometry::reset() {
   gain_.fill(1);
   bias_.fill(0);
   for (std::size_t l = 0; l < cells_.size(); ++l) {
-    start_level(static_cast<int>(l), {0, 0, levels_[l].tiles_x(), levels_[l].tiles_y()}, false);
+    start_level(static_cast<int>(l), {0, 0, levels_[l].tiles_x(), levels_[l].tiles_y()});
   }
 }
 
-void Photometry::start_level(int level, const kernel::hf_rect& tiles, bool from_coarser) {
+void Photometry::start_level(int level, const kernel::hf_rect& tiles, int from_level) {
   const auto l = static_cast<std::size_t>(level);
   const int stride = levels_[l].cells_x();
   for (int cy = tiles.y * kCellsPerTile; cy < (tiles.y + tiles.height) * kCellsPerTile; ++cy) {
     for (int cx = tiles.x * kCellsPerTile; cx < (tiles.x + tiles.width) * kCellsPerTile; ++cx) {
       float* pair = cells_[l].pairs.data() + static_cast<std::size_t>(HF_CELL_PAIRS * (cy * stride + cx));
-      if (from_coarser) {
-        const float* coarse = cells_[l + 1].pairs.data() +
-                              static_cast<std::size_t>(HF_CELL_PAIRS * ((cy / 2) * levels_[l + 1].cells_x() + cx / 2));
+      if (from_level >= 0) {
+        const auto from = static_cast<std::size_t>(from_level);
+        const int down = from_level - level;
+        const float* coarse =
+            cells_[from].pairs.data() +
+            static_cast<std::size_t>(HF_CELL_PAIRS * ((cy >> down) * levels_[from].cells_x() + (cx >> down)));
         std::copy(coarse, coarse + 2 * HF_CHANNELS, pair);
         continue;
       }

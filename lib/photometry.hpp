@@ -27,9 +27,9 @@ class Photometry {
     bias_ = pair.bias;
   }
 
-  /// Fills the cells of these tiles of a level with the object's pair, or with what their place on the next coarser
-  /// level had.
-  void start_level(int level, const kernel::hf_rect& tiles, bool from_coarser);
+  /// Fills the cells of these tiles of a level with the object's pair, or with what their place had on the coarser
+  /// level `from_level`.
+  void start_level(int level, const kernel::hf_rect& tiles, int from_level = -1);
 
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
   void update(int level, const FlowConstraints& constraints);

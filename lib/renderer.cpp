@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "closed_surface.hpp"
 #include "embedded_text.hpp"
 #include "gl_context.hpp"
 #include "holdfast/error.hpp"
@@ -193,6 +194,7 @@ struct Renderer::Impl {
   std::vector<MaterialState> materials;
   bool has_texture_coordinates = false;
   bool has_colors = false;
+  bool is_closed = false;  ///< backs of triangles are never seen
   Eigen::Vector3d center;
   Eigen::Vector3d half_extent;
 };
@@ -201,7 +203,8 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height)
     : context(create_gl_context()),
       gl(context->gl()),
       has_texture_coordinates(!mesh.texture_coordinates.empty()),
-      has_colors(!mesh.colors.empty()) {
+      has_colors(!mesh.colors.empty()),
+      is_closed(is_closed_outward(mesh)) {
   const CurrentGlContext current(*context);
   const auto* renderer = reinterpret_cast<const char*>(gl.get_string(GL_RENDERER));
   const auto* version = reinterpret_cast<const char*>(gl.get_string(GL_VERSION));
@@ -225,6 +228,8 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height)
   gl.enable(GL_DEPTH_TEST);
   gl.depth_func(GL_LESS);
   gl.disable(GL_DITHER);
+  gl.cull_face(GL_BACK);
+  gl.front_face(GL_CW);  // rows run downwards (see projection())
   gl.clear_color(0, 0, 0, 0);
   gl.clear_depth(1);
   check_drawing();
@@ -460,6 +465,13 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   }
 
   const CurrentGlContext current(*context);
+  // Backs need not be shaded, unless the near plane cuts the object open.
+  const bool cut = range.near_plane > z - reach;
+  if (is_closed && !cut) {
+    gl.enable(GL_CULL_FACE);
+  } else {
+    gl.disable(GL_CULL_FACE);
+  }
   bind_framebuffer(roi.width, roi.height);
   gl.viewport(0, 0, roi.width, roi.height);
   gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);

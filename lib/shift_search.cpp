@@ -8,6 +8,7 @@ namespace {
 
 /// Pixels of the view that a shift is scored with, about: more cost time and change nothing.
 constexpr double kScoredPixels = 500;
+constexpr std::size_t kGradientPlanes = 7;
 
 /// Offset of a parabola's maximum through three equidistant values, in (-0.5, 0.5).
 double parabola_peak(double left, double center, double right) {
@@ -23,7 +24,23 @@ ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& l
   const auto side = static_cast<std::size_t>(2 * most_radius + 1);
   scores_.resize(side * side);
   scores_buffer_ = device.zeroed_buffer(scores_.size() * sizeof(float));
+  // Searched is never the finest of several levels.
+  const Level& largest = levels[std::min<std::size_t>(1, levels.size() - 1)];
+  gradients_ = device.zeroed_buffer((largest.elements + kGuardFloats) * kGradientPlanes * sizeof(float));
+  frame_gradients_ = device.kernel("frame_gradients");
   kernel_ = device.kernel("shift_scores");
+}
+
+void ShiftSearch::enqueue_gradients(const DeviceImage& image, int level_index) {
+  const Level& level = levels_[static_cast<std::size_t>(level_index)];
+  const Rect& valid = image.valid(level_index);
+  const Rect rect = aligned(valid, 4, level.padded_width, level.padded_height);
+  frame_gradients_.setArg(0, image.blurred(level_index));
+  frame_gradients_.setArg(1, level.layout);
+  frame_gradients_.setArg(2, to_kernel(rect));
+  frame_gradients_.setArg(3, gradients_);
+  frame_gradients_.setArg(4, static_cast<int>(level.elements));
+  device_.enqueue_rows(frame_gradients_, rect.width, rect.height);
 }
 
 ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
@@ -44,14 +61,15 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
   kernel_.setArg(4, level.layout);
   kernel_.setArg(5, rect);
   kernel_.setArg(6, step);
-  kernel_.setArg(7, image.features(level_index));
-  kernel_.setArg(8, sampled);
-  kernel_.setArg(9, -radius);
-  kernel_.setArg(10, -radius);
+  kernel_.setArg(7, gradients_);
+  kernel_.setArg(8, static_cast<int>(level.elements));
+  kernel_.setArg(9, sampled);
+  kernel_.setArg(10, radius);
   kernel_.setArg(11, scores_buffer_);
-  const auto items = static_cast<std::size_t>(side);
-  device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, items), cl::NDRange(1, 1));
-  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, items * items * sizeof(float), scores_.data());
+  const auto rows = static_cast<std::size_t>(side);
+  const std::size_t items = device_.strips ? (rows + 15) / 16 : rows;
+  device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, rows), cl::NDRange(1, 1));
+  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, rows * rows * sizeof(float), scores_.data());
 
   const auto score = [&](int x, int y) {
     return static_cast<double>(scores_[static_cast<std::size_t>((y + radius) * side + x + radius)]);

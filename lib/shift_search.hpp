@@ -19,6 +19,9 @@ class ShiftSearch {
     double unshifted = 0;   ///< agreement without shift
   };
 
+  /// Prepares the blurred frame's level for search(); once a frame.
+  void enqueue_gradients(const DeviceImage& image, int level);
+
   /// Waits for the device.
   Result search(const ViewTemplate& view, const DeviceImage& image, int level, int radius);
 
@@ -26,9 +29,9 @@ class ShiftSearch {
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   int most_radius_;
-  cl::Buffer scores_buffer_;
+  cl::Buffer gradients_, scores_buffer_;
   std::vector<float> scores_;
-  cl::Kernel kernel_;
+  cl::Kernel frame_gradients_, kernel_;
 };
 
 }  // namespace holdfast

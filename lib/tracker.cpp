@@ -16,9 +16,11 @@ namespace {
 constexpr double kLeastSide = 20;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
-/// Pixels that are enough for a pose; larger objects are looked at in every second to eighth tile.
-constexpr double kEnoughPixels = 16000;
-constexpr int kMostThinning = 8;
+/// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
+constexpr double kMostCorrection = 1.5;
+/// Pixels with a gradient that are enough for a pose; where there are more, every second to fourth row is looked at.
+constexpr double kEnoughPixels = 4000;
+constexpr int kMostThinning = 4;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from constant velocity: object radii and radians, standard deviation.
@@ -59,7 +61,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma, levels_),
+      filter_(device.impl(), options.blur_sigma),
       view_(device.impl(), validated(mesh), camera, levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
@@ -108,8 +110,7 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const Rect object = view_.bounds(view_.T_camera_object());
-  const double pixels = 0.6 * object.width * object.height / (1 << (2 * level));
+  const double pixels = gradient_pixels_ / (1 << (2 * (level - options_.finest_level)));
   return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
 }
 
@@ -117,9 +118,10 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   const auto l = static_cast<std::size_t>(level);
   photometry_.enqueue_upload(level, view_.planes(level).tiles);
   auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
-  warp.thinning = every;
+  warp.every = every;
   occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
-  const kernel::hf_constraints options = constraint_options(level);
+  kernel::hf_constraints options = constraint_options(level);
+  options.every = every;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   return options;
 }
@@ -191,8 +193,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             const Stopwatch watch(times_.filter);
             const int searched = recovering ? recovery_level(coarsest) : coarsest;
             for (int level = coarse_finest; level <= searched; ++level) {
-              image_.enqueue_features(level, coarser(region, level));
+              image_.enqueue_blur(level, coarser(region, level));
             }
+            if (search) search_.enqueue_gradients(image_, coarsest);
             device_.impl().queue.flush();  // the device works while the first view is drawn
           }
           for (int i = 0; i < hypotheses.count; ++i) {
@@ -204,7 +207,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           }
         }
         if (recovering && coarse) {
-          for (const Estimate& place : search_everywhere(recovery_level(coarsest))) {
+          for (const Estimate& place : search_everywhere(recovery_level(coarsest), coarsest)) {
             if (place.score > 0) add_start(coarse_stage(place.T_camera_object, true, coarsest, coarse_finest));
           }
         }
@@ -215,16 +218,25 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           add_start(plain);
         }
         if (recovering) start_count = std::min(start_count, kFineStartsWhenLost);
-        for (std::size_t i = 0; i < start_count; ++i) {
-          if (recovering && starts[i].score < kHopelessScore * usual_score_) break;
-          const Estimate estimate =
-              fine_stage(starts[i].T_camera_object, std::max(coarse_finest - 1, options_.finest_level),
-                         coarse && coarse_finest > options_.finest_level);
-          if (i == 0 || estimate.score > best.score) best = estimate;
-          if (is_good(best, options_, motion_.lost()) && as_usual(best)) break;
+        const int lit_level = coarse && coarse_finest > options_.finest_level ? coarse_finest : -1;
+        const auto try_start = [&](const Estimate& start, int fine_coarsest) {
+          if (recovering && start.score < kHopelessScore * usual_score_) return false;
+          const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
+          if (best.score < 0 || estimate.score > best.score) best = estimate;
+          return is_good(best, options_, motion_.lost()) && as_usual(best);
+        };
+        // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
+        // there.
+        const int one_finer = std::max(coarse_finest - 1, options_.finest_level);
+        bool found = start_count > 0 && starts[0].score > 0 && one_finer > options_.finest_level &&
+                     try_start(starts[0], options_.finest_level);
+        if (found && corner_motion(starts[0].T_camera_object, best.T_camera_object) > kMostCorrection) {
+          found = false;
+          best.score = -1;
         }
+        for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
         if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
-        if (options_.motion_blur && moved_ && is_good(best, options_, motion_.lost())) best = measure_exposure(best);
+        if (options_.motion_blur && moved_ && is_good(best, options_, motion_.lost())) measure_exposure(best);
         if (is_good(best, options_, motion_.lost())) {
           if (coarse) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
           usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
@@ -293,8 +305,8 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
-    surviving_share_ = std::min(
-        1.0, thinning(finest_drawn_) * static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
+    gradient_pixels_ = static_cast<double>(result.gradient_pixels) * thinning(finest_drawn_);
+    surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
     if (usual_fine_score_ > 0 && last_score_ > kUsualScore * usual_fine_score_) {
       keyframes_.remember(result.T_camera_object);
@@ -348,6 +360,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->usual_score_ = 1;
   impl_->usual_fine_score_ = 1;
   impl_->surviving_share_ = 1;
+  impl_->gradient_pixels_ = 0;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

@@ -35,24 +35,24 @@ struct Tracker::Impl {
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage);
+  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
   /// A result below the usual is challenged: starts turned away from it and exposures compete with it.
   Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest);
   /// Searches the whole picture for the next few remembered appearances; the best places, as starts.
-  std::array<Estimate, kPlacesAFrame> search_everywhere(int level);
+  std::array<Estimate, kPlacesAFrame> search_everywhere(int level, int coarsest);
   /// The level that the whole picture is searched on.
   int recovery_level(int coarsest) const;
   /// How well the view drawn at a pose with this exposure fits, light and motion left alone.
   Estimate fit(const Pose& T_camera_object, double exposure);
-  /// Measures how long the shutter is open where motion lets it be seen; returns the estimate at the one found.
-  Estimate measure_exposure(const Estimate& estimate);
+  /// Measures how long the shutter is open where motion lets it be seen.
+  void measure_exposure(const Estimate& estimate);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
-  /// Enqueues tests and constraints of every `thinning`th tile.
+  /// Enqueues tests and constraints of every `thinning`th row.
   kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
-  /// Large objects have more pixels than a pose needs: every how manieth tile to look at.
+  /// Large objects have more constraints than a pose needs: every how manieth row to look at.
   int thinning(int level) const;
   /// Decides every pixel of the last view again, at its last pose.
   void decide_all_pixels();
@@ -87,6 +87,7 @@ struct Tracker::Impl {
   MotionModel motion_;
   Keyframes keyframes_;
   std::vector<double> scale_;
+  double gradient_pixels_ = 0;  ///< on the finest level, of the last frame that was held
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn

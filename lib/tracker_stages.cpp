@@ -10,8 +10,8 @@
 namespace holdfast {
 namespace {
 
-/// Steps below this many pixels of the level end a level's iterations.
-constexpr double kConvergedPixels = 0.1;
+/// Steps below this many pixels of the level end a level's iterations; each step is about a quarter of the one before.
+constexpr double kConvergedPixels = 0.1, kConvergedPixelsCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
@@ -109,7 +109,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
     const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
-    if (motion < kConvergedPixels) break;
+    if (motion < (level > options_.finest_level ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
@@ -129,10 +129,10 @@ Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
   if (!draw(T_predicted, 0, 1)) return estimate;
   {
     const Stopwatch watch(times_.filter);
-    image_.enqueue_features(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
+    image_.enqueue_blur(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
   }
   const Stopwatch watch(times_.solve);
-  photometry_.start_level(0, view_.planes(0).tiles, false);
+  photometry_.start_level(0, view_.planes(0).tiles);
   Pose D = Pose::Identity();
   return iterate(0, D, 1);
 }
@@ -154,7 +154,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   }
   const Stopwatch watch(times_.solve);
   for (int level = coarsest; level >= finest; --level) {
-    photometry_.start_level(level, view_.planes(level).tiles, level < coarsest);
+    photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
     if (level == coarsest && options_.photometric) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;
@@ -162,7 +162,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   return estimate;
 }
 
-Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_by_coarse_stage) {
+Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = options_.finest_level;
@@ -176,13 +176,13 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, bool lit_b
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
-      for (int level = finest; level <= top; ++level) image_.enqueue_features(level, coarser(rect, level));
+      for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
     }
     const Stopwatch watch(times_.solve);
     Pose D = Pose::Identity();
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
-      photometry_.start_level(level, view_.planes(level).tiles, redraw == 0 && (level < top || lit_by_coarse_stage));
+      photometry_.start_level(level, view_.planes(level).tiles, redraw > 0 ? -1 : level < top ? level + 1 : lit_level);
       estimate = iterate(level, D, options_.iterations);
       if (!estimate.solved) return estimate;
     }
@@ -202,7 +202,7 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
   Estimate best = doubtful;
   const int fine_coarsest = std::max(coarse_finest - 1, options_.finest_level);
   const auto compete = [&](const Pose& T_start) {
-    const Estimate estimate = fine_stage(T_start, fine_coarsest, false);
+    const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
     if (estimate.score > best.score) best = estimate;
     return best.score > 0.8 * usual_fine_score_;
   };
@@ -255,10 +255,10 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure) {
   return estimate;
 }
 
-Estimate Tracker::Impl::measure_exposure(const Estimate& estimate) {
-  if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return estimate;
+void Tracker::Impl::measure_exposure(const Estimate& estimate) {
+  if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return;
   // Once settled it is looked at again in every eighth fast frame.
-  if (exposure_settled_ >= 3 && ++fast_frames_ % 8 != 0) return estimate;
+  if (exposure_settled_ >= 3 && ++fast_frames_ % 8 != 0) return;
   const double present = exposure_;
   std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
   std::array<double, 2> share{};
@@ -271,7 +271,6 @@ Estimate Tracker::Impl::measure_exposure(const Estimate& estimate) {
   } else {
     ++exposure_settled_;
   }
-  return estimate;
 }
 
 int Tracker::Impl::recovery_level(int coarsest) const {
@@ -283,11 +282,12 @@ int Tracker::Impl::recovery_level(int coarsest) const {
   return level;
 }
 
-std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywhere(int level) {
+std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywhere(int level, int coarsest) {
   std::array<Estimate, kPlacesAFrame> best;
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
   const double surviving_share = std::exchange(surviving_share_, 0.0);
+  if (level != coarsest) search_.enqueue_gradients(image_, level);
   for (int i = 0; i < kAppearancesAFrame; ++i) {
     const Pose T_appearance = keyframes_.next();
     if (!draw(T_appearance, level, 1)) continue;
@@ -307,6 +307,7 @@ std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywh
     if (rank < kPlacesAFrame) best[rank] = place;
   }
   surviving_share_ = surviving_share;
+  if (level != coarsest) search_.enqueue_gradients(image_, coarsest);
   return best;
 }
 

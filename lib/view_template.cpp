@@ -34,6 +34,7 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
     pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
   }
   const std::size_t largest = levels[0].elements;
+  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
   rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * 4);
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   host_rgba_.resize(largest * 4);
@@ -129,10 +130,10 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
       halve_depth_.setArg(4, planes.depth);
       device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
     }
-    const cl::Buffer& blurred = filter_.enqueue_blur(pixels_[l], levels_[l], level_rect);
+    filter_.enqueue_blur(pixels_[l], levels_[l], level_rect, blurred_);
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
     const auto jump = static_cast<float>(margin.depth_jump * (1 << l));
-    template_planes_.setArg(0, blurred);
+    template_planes_.setArg(0, blurred_);
     template_planes_.setArg(1, planes.depth);
     template_planes_.setArg(2, levels_[l].layout);
     template_planes_.setArg(3, to_kernel(level_rect));

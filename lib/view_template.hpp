@@ -61,6 +61,7 @@ class ViewTemplate {
   Eigen::AlignedBox3d box_;
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
+  cl::Buffer blurred_;  ///< of the level last enqueued
   cl::Buffer rgba_, window_depth_;
   cl::Buffer sharp_;  ///< pixels before motion blur
   std::vector<std::uint8_t> host_rgba_;

@@ -1,10 +1,14 @@
-# Holdfast as strangers meet it: its public headers alone, and installed, with find_package and with pkg-config.
+# Holdfast as strangers meet it: its public headers alone, its batch script, and installed, with find_package and with
+# pkg-config.
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_program(SHELL_PROGRAM sh REQUIRED)
 get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 list(GET eigen_folders 0 eigen_folder)
 add_test(NAME public_headers COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/public_headers.sh
   ${PROJECT_SOURCE_DIR}/include ${CMAKE_CXX_COMPILER} ${eigen_folder})
+
+add_test(NAME batch COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/batch.sh
+  ${PROJECT_SOURCE_DIR} $<TARGET_FILE:holdfast_program> ${CMAKE_CURRENT_BINARY_DIR}/batch)
 
 set(installed ${CMAKE_CURRENT_BINARY_DIR}/installed)
 set(consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer)

@@ -52,16 +52,21 @@ struct Camera {
   double fx, fy, cx, cy;
 };
 
-/// Frame gradients and values at a real position, bilinear; `features` has value, d/dx, d/dy of three channels.
-inline std::array<double, 9> sampled(const Planes& features, double x, double y) {
+inline double bilinear(const Planes& planes, double x, double y, int c) {
   const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  std::array<double, 9> out{};
+  double sum = 0;
   for (int j = 0; j <= 1; ++j) {
     for (int i = 0; i <= 1; ++i) {
-      const double weight = (i ? x - x0 : 1 - (x - x0)) * (j ? y - y0 : 1 - (y - y0));
-      for (int c = 0; c < 9; ++c) out[static_cast<std::size_t>(c)] += weight * features.get(x0 + i, y0 + j, c);
+      sum += (i ? x - x0 : 1 - (x - x0)) * (j ? y - y0 : 1 - (y - y0)) * planes.get(x0 + i, y0 + j, c);
     }
   }
+  return sum;
+}
+
+/// Frame values and gradients at a real position; `features` has value, d/dx, d/dy of three channels.
+inline std::array<double, 9> sampled(const Planes& features, double x, double y) {
+  std::array<double, 9> out{};
+  for (int c = 0; c < 9; ++c) out[static_cast<std::size_t>(c)] = bilinear(features, x, y, c);
   return out;
 }
 

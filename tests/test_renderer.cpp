@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "closed_surface.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/renderer.hpp"
 #include "support/allocation_counter.hpp"
@@ -110,7 +111,7 @@ Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, con
       }
       ++result.surface_pixels;
       result.depth_error = std::max(result.depth_error, std::abs(view.depth(column, row) / hit->depth - 1));
-      const Eigen::Vector4d color = caster.color(*hit, repeat);
+      const Eigen::Vector4d color = caster.pixel_color(camera, center, *hit, repeat);
       const double threshold = 0.98 * 255;
       if (std::abs(color[3] - threshold) > 2) {  // the renderer filters alpha in 8 bits
         result.alpha_errors += pixel[3] == (color[3] > threshold ? 255 : 0) ? 0 : 1;
@@ -196,6 +197,17 @@ Mesh box(bool colored = true) {
   return mesh;
 }
 
+/// The same box with all fronts outwards.
+Mesh outward_box() {
+  Mesh mesh = box();
+  for (auto& triangle : mesh.triangles) {
+    const auto corner = [&](std::size_t i) { return mesh.positions[triangle[i]]; };
+    const Eigen::Vector3f normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+    if (normal.dot(corner(0)) < 0) std::swap(triangle[1], triangle[2]);
+  }
+  return mesh;
+}
+
 Pose pose_at(const Eigen::Vector3d& translation, const Eigen::Vector3d& rotation = Eigen::Vector3d::Zero()) {
   Pose pose = Pose::Identity();
   pose.translation() = translation;
@@ -236,6 +248,51 @@ TEST_CASE("A box with several materials agrees with the ray caster from all side
     CHECK(comparison.known == comparison.surface_pixels);
     CHECK(10 * comparison.colors > 8 * comparison.surface_pixels);
     CHECK(comparison.color_error <= 2);
+  }
+}
+
+TEST_CASE("Closed meshes are told from others, and without their backs look the same") {
+  const Mesh closed = outward_box();
+  CHECK(is_closed_outward(closed));
+  CHECK_FALSE(is_closed_outward(box()));  // some of its faces look inwards
+  Mesh open = closed;
+  open.triangles.pop_back();
+  open.triangle_materials.pop_back();
+  CHECK_FALSE(is_closed_outward(open));
+  Mesh inverted = closed;
+  for (auto& triangle : inverted.triangles) std::swap(triangle[1], triangle[2]);
+  CHECK_FALSE(is_closed_outward(inverted));
+  Mesh hollow = closed;  // a cavity within: closed, but part of it looks inwards
+  for (std::size_t i = 0; i < closed.positions.size(); ++i) {
+    hollow.positions.push_back(0.5F * closed.positions[i]);
+    hollow.texture_coordinates.push_back(closed.texture_coordinates[i]);
+    hollow.colors.push_back(closed.colors[i]);
+  }
+  const auto offset = static_cast<std::uint32_t>(closed.positions.size());
+  for (std::size_t i = 0; i < closed.triangles.size(); ++i) {
+    const auto& t = closed.triangles[i];
+    hollow.triangles.push_back({t[0] + offset, t[2] + offset, t[1] + offset});
+    hollow.triangle_materials.push_back(closed.triangle_materials[i]);
+  }
+  CHECK_FALSE(is_closed_outward(hollow));
+
+  Renderer renderer(closed, kCamera.width, kCamera.height), inside_too(open, kCamera.width, kCamera.height);
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 6; ++i) {
+    CAPTURE(i);
+    const Eigen::Vector3d rotation(2 * normal(random), 2 * normal(random), 2 * normal(random));
+    const Pose pose = pose_at({0.0, 0.01, 0.5}, rotation);
+    const Comparison comparison = compare(closed, pose, kCamera, draw(renderer, pose, kCamera, whole(kCamera)));
+    check_geometry(comparison);
+    CHECK(comparison.surface_pixels > 500);
+    // Cut open by the near plane, the inside shows; depths that close to the camera are coarse.
+    const Pose around = pose_at({0.0, 0.01, 0.03}, rotation);
+    const Comparison cut = compare(closed, around, kCamera, draw(renderer, around, kCamera, whole(kCamera)));
+    CHECK(cut.mask_errors == 0);
+    CHECK(cut.alpha_errors == 0);
+    CHECK(cut.depth_error < 1e-3);
+    check_geometry(compare(open, pose, kCamera, draw(inside_too, pose, kCamera, whole(kCamera))));
   }
 }
 

@@ -293,6 +293,46 @@ TEST_CASE("lens distortion is removed from the frames") {
   CHECK(result.largest_degrees() < 0.4);
 }
 
+TEST_CASE("pixels of the ideal image that the recorded frame does not show are not compared") {
+  SequenceOptions options = paper_camera(6, 3, 17);
+  options.camera.distortion = {0.35, 0, 0, 0,
+                               0,    0, 0, 0};  // draws the rim outwards: the last dozen of columns are missing
+  for (int i = 0; i < options.frames; ++i) {
+    Pose T_camera_object = Pose::Identity();
+    T_camera_object.linear() = simulation::MotionOptions::default_orientation();
+    T_camera_object.translation() = Eigen::Vector3d(0.2 + 0.002 * i, 0.001 * i, 0.7);
+    options.motion.T_camera_object.push_back(T_camera_object);
+  }
+  const Sequence sequence(box(), options);
+  for (const TrackerOptions& mode : {TrackerOptions(), TrackerOptions::paper()}) {
+    Tracker tracker(box(), sequence.camera(), mode);
+    tracker.reset(sequence.pose(0));
+    for (int i = 0; i < sequence.size(); ++i) {
+      const cv::Mat frame = sequence.frame(i);
+      const FrameResult result = tracker.track(view_of(frame));
+      CHECK(result.status == Status::held);
+      CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 2);
+    }
+    const PixelMask mask = tracker.pixel_mask();
+    int missing = 0, missing_compared = 0, shown_compared = 0;
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        const auto pixel_class = static_cast<PixelClass>(mask.classes[static_cast<std::size_t>(y * mask.width + x)]);
+        if (pixel_class == PixelClass::not_visible) continue;
+        const Eigen::Vector2d source = sequence.camera().distort({x, y});
+        const bool shown = source.x() <= mask.width - 1 && source.y() >= 0 && source.y() <= mask.height - 1;
+        const bool compared = pixel_class != PixelClass::unusable;
+        missing += shown ? 0 : 1;
+        missing_compared += !shown && compared ? 1 : 0;
+        shown_compared += shown && compared ? 1 : 0;
+      }
+    }
+    CHECK(missing > 500);
+    CHECK(missing_compared == 0);
+    CHECK(shown_compared > 10 * missing);
+  }
+}
+
 TEST_CASE("light, exposure and colour cast between texture and frame") {
   SequenceOptions options = paper_camera(12, 3, 15);
   options.sensor.gain = 0.6;

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <string>
@@ -87,8 +86,16 @@ cv::Point inset_place(const Eigen::Vector3d& p_view) {
           static_cast<int>(std::lround(kInset / 2.0 - p_view.y()))};
 }
 
-/// Fills a triangle with its texture, in pieces small enough to be of one colour.
-void fill_triangle(cv::Mat& inset, const Mesh& mesh, std::size_t index, const std::array<Eigen::Vector3d, 3>& corners) {
+/// A bit of surface, small enough to be of one colour and to lie before or behind any other.
+struct Piece {
+  double height = 0;  // towards the viewer
+  std::array<cv::Point, 3> corners;
+  cv::Scalar color;
+};
+
+/// Appends the pieces of a triangle.
+void cut_triangle(const Mesh& mesh, std::size_t index, const std::array<Eigen::Vector3d, 3>& corners,
+                  std::vector<Piece>& pieces_of_all) {
   const Eigen::Vector3d normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   const double shade = normal.norm() > 0 ? 0.45 + 0.55 * std::abs(normal.z()) / normal.norm() : 1;
   const double longest =
@@ -97,18 +104,20 @@ void fill_triangle(cv::Mat& inset, const Mesh& mesh, std::size_t index, const st
   const auto weights_of = [pieces](double i, double j) -> Weights {
     return {1 - (i + j) / pieces, i / pieces, j / pieces};
   };
-  const auto place = [&](const Weights& w) {
-    return inset_place(w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]);
+  const auto place = [&](const Weights& w) -> Eigen::Vector3d {
+    return w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
   };
-  const auto fill = [&](const Weights& a, const Weights& b, const Weights& c) {
-    const std::array<cv::Point, 3> piece{place(a), place(b), place(c)};
-    cv::fillConvexPoly(inset, piece.data(), 3, color_at(mesh, index, (a + b + c) / 3) * shade);
+  const auto add = [&](const Weights& a, const Weights& b, const Weights& c) {
+    const Weights middle = (a + b + c) / 3;
+    pieces_of_all.push_back({place(middle).z(),
+                             {inset_place(place(a)), inset_place(place(b)), inset_place(place(c))},
+                             color_at(mesh, index, middle) * shade});
   };
   for (int i = 0; i < pieces; ++i) {
     for (int j = 0; i + j < pieces; ++j) {
-      fill(weights_of(i, j), weights_of(i + 1, j), weights_of(i, j + 1));
+      add(weights_of(i, j), weights_of(i + 1, j), weights_of(i, j + 1));
       if (i + j + 1 < pieces) {
-        fill(weights_of(i + 1, j), weights_of(i + 1, j + 1), weights_of(i, j + 1));
+        add(weights_of(i + 1, j), weights_of(i + 1, j + 1), weights_of(i, j + 1));
       }
     }
   }
@@ -168,7 +177,7 @@ std::vector<PointPair> ClickSession::pairs() const {
   return pairs;
 }
 
-/// Orthographic, far triangles first.
+/// Orthographic, what is far first.
 void ClickSession::draw_model(cv::Mat& inset) const {
   const Eigen::Matrix3d R_view_object = (Eigen::AngleAxisd(pitch_ - M_PI / 2, Eigen::Vector3d::UnitX()) *
                                          Eigen::AngleAxisd(yaw_, Eigen::Vector3d::UnitZ()))
@@ -182,16 +191,14 @@ void ClickSession::draw_model(cv::Mat& inset) const {
   for (const Eigen::Vector3f& position : mesh_.positions) {
     seen.push_back(view(position.cast<double>()));
   }
-  std::vector<std::size_t> order(mesh_.triangles.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto height = [&](std::size_t i) {
+  std::vector<Piece> pieces;
+  for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
     const auto& [a, b, c] = mesh_.triangles[i];
-    return seen[a].z() + seen[b].z() + seen[c].z();
-  };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return height(a) < height(b); });
-  for (const std::size_t i : order) {
-    const auto& [a, b, c] = mesh_.triangles[i];
-    fill_triangle(inset, mesh_, i, {seen[a], seen[b], seen[c]});
+    cut_triangle(mesh_, i, {seen[a], seen[b], seen[c]}, pieces);
+  }
+  std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.height < b.height; });
+  for (const Piece& piece : pieces) {
+    cv::fillConvexPoly(inset, piece.corners.data(), 3, piece.color);
   }
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const bool asked = i == current_;

@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <opencv2/highgui.hpp>
@@ -17,6 +18,8 @@ namespace {
 constexpr const char* kTitle = "holdfast init";
 constexpr double kTurn = 0.25;      // radians a key press
 constexpr unsigned kPatience = 10;  // seconds
+/// The largest first size of the window: small screens show all of it, and it can be made larger.
+constexpr double kFirstWidth = 1200, kFirstHeight = 660;
 
 bool has_display() {
   const auto is_set = [](const char* name) {
@@ -72,11 +75,14 @@ struct WindowCloser {
 };
 
 void run(ClickSession& session) {
-  cv::namedWindow(kTitle, cv::WINDOW_AUTOSIZE);
+  cv::namedWindow(kTitle, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
   const WindowCloser closer;
   Mouse mouse{session};
   cv::setMouseCallback(kTitle, on_mouse, &mouse);
-  cv::imshow(kTitle, session.picture());
+  const cv::Mat first = session.picture();
+  const double scale = std::min({1.0, kFirstWidth / first.cols, kFirstHeight / first.rows});
+  cv::resizeWindow(kTitle, static_cast<int>(first.cols * scale), static_cast<int>(first.rows * scale));
+  cv::imshow(kTitle, first);
   while (true) {
     const int key = cv::waitKey(20) & 0xff;
     switch (key) {

@@ -18,10 +18,10 @@ namespace {
 constexpr int kTileWidth = 320;
 constexpr int kGap = 4;
 
-/// Distance of the frames kept so far, when the run's length is unknown: fewer than 4 `frames` are kept.
-std::int64_t step_at(std::int64_t ordinal, std::int64_t frames) {
+/// Distance of the frames kept of a run this long, a power of two: at least 2 `frames` are kept of a longer run.
+std::int64_t step_of(std::int64_t length, std::int64_t frames) {
   std::int64_t step = 1;
-  while (ordinal / step >= 4 * frames) {
+  while (length / step >= 4 * frames) {
     step *= 2;
   }
   return step;
@@ -35,7 +35,7 @@ std::int64_t spread_index(std::int64_t i, std::int64_t count, std::int64_t last)
 }  // namespace
 
 ContactSheet::ContactSheet(const std::filesystem::path& path, int frames, std::optional<std::int64_t> expected)
-    : path_(path), frames_(frames), expected_(expected) {
+    : path_(path), frames_(frames), first_step_(step_of(expected.value_or(0), std::max(1, frames))) {
   if (frames < 1) {
     throw Error(ErrorCode::invalid_argument, fmt::format("--contact-frames {} is not positive", frames));
   }
@@ -46,24 +46,15 @@ ContactSheet::ContactSheet(const std::filesystem::path& path, int frames, std::o
   require_writable(path);
 }
 
-bool ContactSheet::wants(std::int64_t ordinal) const {
-  if (!expected_) {
-    return ordinal % step_at(ordinal, frames_) == 0;
-  }
-  const std::int64_t count = std::min(frames_, *expected_);
-  for (std::int64_t i = 0; i < count; ++i) {
-    if (spread_index(i, count, *expected_ - 1) == ordinal) {
-      return true;
-    }
-  }
-  return false;
+std::int64_t ContactSheet::step_at(std::int64_t ordinal) const {
+  return std::max(first_step_, step_of(ordinal, frames_));
 }
 
+bool ContactSheet::wants(std::int64_t ordinal) const { return ordinal % step_at(ordinal) == 0; }
+
 void ContactSheet::add(const TrackedFrame& tracked, const cv::Mat& picture) {
-  const std::int64_t step = step_at(tracked.ordinal, frames_);
-  if (!expected_) {
-    std::erase_if(tiles_, [step](const Tile& tile) { return tile.ordinal % step != 0; });
-  }
+  const std::int64_t step = step_at(tracked.ordinal);
+  std::erase_if(tiles_, [step](const Tile& tile) { return tile.ordinal % step != 0; });
   cv::Mat tile;
   const double scale = static_cast<double>(kTileWidth) / picture.cols;
   cv::resize(picture, tile, {kTileWidth, std::max(1, static_cast<int>(std::lround(picture.rows * scale)))}, 0, 0,

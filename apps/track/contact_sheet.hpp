@@ -13,12 +13,13 @@ namespace holdfast::app {
 /// One picture of frames spread evenly over a run, each with its number and status.
 class ContactSheet {
  public:
-  /// `frames`: how many are shown at most; `expected`: frames of the run where known.
+  /// `frames`: how many are shown, if the run has as many; `expected`: frames of the run as its file announces them,
+  /// which may be wrong.
   /// Throws Error(output) when the file cannot be written, Error(invalid_argument) for a count under 1.
   ContactSheet(const std::filesystem::path& path, int frames, std::optional<std::int64_t> expected);
 
-  /// Which frames add() should be given. Where the run's length is unknown these are more than will be shown, ever
-  /// farther apart.
+  /// Which frames add() should be given: more than will be shown, farther apart the longer the run, because it may end
+  /// before or after what was announced.
   bool wants(std::int64_t ordinal) const;
 
   /// `picture`: BGR8, all of one size.
@@ -33,9 +34,11 @@ class ContactSheet {
     cv::Mat picture;
   };
 
+  std::int64_t step_at(std::int64_t ordinal) const;
+
   std::filesystem::path path_;
   std::int64_t frames_;
-  std::optional<std::int64_t> expected_;
+  std::int64_t first_step_;
   std::vector<Tile> tiles_;
 };
 

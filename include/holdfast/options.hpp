@@ -15,7 +15,7 @@ struct OcclusionOptions {
   double gradient_minimum = 0.00992;   ///< t_gm as a magnitude: intensity in [0, 1] a pixel; paper: sqrt(98.4e-6)
   double angle_maximum = 0.4503;       ///< t_theta, radians; paper: 25.8 degrees
   double difference_maximum = 0.0392;  ///< t_md, intensity a pixel; paper: 39.2e-3
-  double difference_relative = 0.5;    ///< added to t_md, as a share of the larger gradient; paper: 0
+  double difference_relative = 0.7;    ///< added to t_md, as a share of the larger gradient; paper: 0
   double vote_share = 0.7;             ///< of the neighbourhood's gradient pixels
 };
 

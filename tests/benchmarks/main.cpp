@@ -1,54 +1,28 @@
 #include <benchmark/benchmark.h>
-#include <sched.h>
 
-#include <cstdlib>
-#include <cstring>
 #include <iostream>
-#include <opencv2/core.hpp>
+#include <string>
 
 #include "benchmarks.hpp"
+#include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
+#include "threads.hpp"
 
 namespace {
 
-/// As many threads for OpenCL, for drawing and for OpenCV. PoCL and Mesa read these variables once, when they start.
-void use_threads(int threads) {
-  const std::string count = std::to_string(threads);
-  setenv("POCL_MAX_PTHREAD_COUNT", count.c_str(), 1);
-  setenv("LP_NUM_THREADS", threads == 1 ? "0" : count.c_str(), 1);  // 0: the calling thread draws
-  cv::setNumThreads(threads);
-  // One core for the whole process, or one thread would have another one's help while it waits for it.
-  cpu_set_t cores, wanted;
-  if (sched_getaffinity(0, sizeof(cores), &cores) != 0) return;
-  CPU_ZERO(&wanted);
-  for (int core = 0, left = threads; core < CPU_SETSIZE && left > 0; ++core) {
-    if (CPU_ISSET(core, &cores)) {
-      CPU_SET(core, &wanted);
-      --left;
-    }
-  }
-  sched_setaffinity(0, sizeof(wanted), &wanted);
-}
-
 int run(int argc, char** argv) {
-  int threads = 2;
-  for (int i = 1; i + 1 < argc; ++i) {
-    if (std::strcmp(argv[i], "--threads") != 0) continue;
-    threads = std::atoi(argv[i + 1]);
-    std::copy(argv + i + 2, argv + argc, argv + i);
-    argc -= 2;
-    break;
-  }
-  if (threads < 1) {
-    std::cerr << "holdfast_bench: --threads must be 1 or more\n";
-    return 2;
-  }
-  use_threads(threads);
+  using namespace holdfast;
+  const int threads = bench::use_threads(argc, argv);
+  const DeviceInfo device = Device().info();
   benchmark::AddCustomContext("threads", std::to_string(threads));
+  benchmark::AddCustomContext("device", device.name + ", " + device.platform_version);
 
-  holdfast::bench::Scenes scenes;
-  holdfast::bench::register_frames(scenes);
-  holdfast::bench::register_opencv_reference();
+  bench::Scenes scenes;
+  bench::register_frames(scenes);
+  bench::register_opencv_reference();
+  bench::register_device_limits();
+  bench::register_occlusion(scenes);
+  bench::register_sweeps(scenes);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
@@ -62,7 +36,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return run(argc, argv);
-  } catch (const holdfast::Error& error) {
+  } catch (const std::exception& error) {
     std::cerr << "holdfast_bench: " << error.what() << '\n';
     return 1;
   }

@@ -1,49 +1,156 @@
 #!/usr/bin/env python3
-"""report.py RESULT.json...: holdfast_bench's results as tables (medians of its repetitions), with the ratios to OpenCV."""
+"""report.py RESULT [BASELINE]: what run.py measured, as tables, and beside an earlier result where there is one."""
 import json
-import re
-import statistics
+import os
 import sys
 
-
-def read(path):
-    """Medians of every benchmark of a result file: {name: {figure: value}}, and the number of threads."""
-    with open(path) as file:
-        result = json.load(file)
-    runs = {}
-    for run in result["benchmarks"]:
-        if run["run_type"] != "iteration":
-            continue
-        name = run["run_name"].replace("/process_time", "").replace("/real_time", "")
-        runs.setdefault(name, []).append(run)
-    skipped = ("family_index", "per_family_instance_index", "repetitions", "repetition_index", "threads", "iterations")
-    figures = {}
-    for name, repetitions in runs.items():
-        keys = [key for key, value in repetitions[0].items() if isinstance(value, (int, float)) and key not in skipped]
-        figures[name] = {key: statistics.median(run[key] for run in repetitions) for key in keys}
-    return figures, int(result["context"]["threads"])
+SIZES = ("512x256", "640x480", "1280x720")
+MODES = ("default", "paper")
+# Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
+# one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
+# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode).
+WORK = {
+    "convert_bgr8": ("region", 19, 3),
+    "halve": ("region", 80, 16),
+    "halve_depth": ("region", 20, 8),
+    "unpack_view": ("region", 28, 9),
+    "blur": ("region", 32, 85),
+    "template_planes": ("active", 57, 32),
+    "occlusion_tests": ("active", 82, 314),
+    "flow_constraints": ("active", 54, 397),
+}
 
 
-def frames_table(figures, threads):
-    print(f"Whole frames, {threads} thread{'s' if threads > 1 else ''} (ms; (a): OpenCV filters two images of that size)")
-    print(f"{'':22}{'frame':>8}{'CPU':>8}{'upload':>8}{'render':>8}{'filter':>8}{'search':>8}{'solve':>8}"
-          f"{'iter.':>7}{'(a)':>7}{'frame/(a)':>11}{'no render/(a)':>15}{'lost':>6}{'worst mm':>10}")
-    for name, run in figures.items():
-        match = re.fullmatch(r"frame/(.*)/(\d+x\d+)", name)
-        if not match:
-            continue
-        reference = figures.get(f"opencv/{match[2]}", {}).get("real_time", float("nan"))
-        total = run["real_time"]
-        print(f"{match[1] + ' ' + match[2]:22}{total:8.2f}{run['cpu_time']:8.2f}{run['upload_ms']:8.2f}"
-              f"{run['render_ms']:8.2f}{run['filter_ms']:8.2f}{run['search_ms']:8.2f}{run['solve_ms']:8.2f}"
-              f"{run['solutions']:7.1f}{reference:7.2f}{total / reference:11.2f}"
-              f"{(total - run['render_ms']) / reference:15.2f}{run['lost']:6.2g}{run['worst_mm']:10.2f}")
+def threads_text(threads):
+    return f"{threads} thread" + ("" if threads == "1" else "s")
+
+
+def table(title, head, rows):
+    widths = [max(len(str(row[i])) for row in [head] + rows) for i in range(len(head))]
+    print(title)
+    for row in [head] + rows:
+        print("  " + "  ".join(str(cell).ljust(width) if i == 0 else str(cell).rjust(width)
+                              for i, (cell, width) in enumerate(zip(row, widths))))
     print()
 
 
+def reference(runs, size):
+    return runs[f"opencv/{size}"]["real_time"]
+
+
+def frames(result):
+    for threads, runs in result["threads"].items():
+        rows = []
+        for size in SIZES:
+            for mode in MODES:
+                run = runs[f"frame/{mode}/{size}"]
+                total, a = run["real_time"], reference(runs, size)
+                rows.append([f"{mode} {size}", f"{total:.2f}", f"{run['cpu_time']:.2f}"]
+                            + [f"{run[stage + '_ms']:.2f}" for stage in ("upload", "render", "filter", "search", "solve")]
+                            + [f"{run['solutions']:.1f}", f"{a:.2f}", f"{total / a:.2f}",
+                               f"{(total - run['render_ms']) / a:.2f}", f"{100 * run['lost']:.0f} %",
+                               f"{run['worst_mm']:.2f}"])
+        table(f"Whole frames, {threads_text(threads)}: ms a frame; (a) is OpenCV blurring and differentiating two images",
+              ["", "frame", "CPU", "upload", "render", "filter", "search", "solve", "solutions", "(a)", "frame/(a)",
+               "no render/(a)", "lost", "worst mm"], rows)
+
+
+def limits(result):
+    rows = []
+    for threads, runs in result["threads"].items():
+        rows.append([threads_text(threads), f"{runs['limit/copy/512']['GB_per_s']:.1f}",
+                     f"{runs['limit/copy/65536']['GB_per_s']:.1f}", f"{runs['limit/multiply_add']['GFLOP_per_s']:.0f}"])
+    table("Limits of the device", ["", "copy 512 KB, GB/s", "copy 64 MB, GB/s", "multiply-add, GFLOP/s"], rows)
+
+
+def kernels(result):
+    for threads, profile in result["kernels"].items():
+        runs = result["threads"][threads]
+        peak = runs["limit/multiply_add"]["GFLOP_per_s"]
+        copy = runs["limit/copy/512"]["GB_per_s"]
+        rows = []
+        for size in SIZES[:2]:
+            for mode in MODES:
+                for name, figures in sorted(profile[f"{mode}/{size}"].items(), key=lambda item: -item[1]["ms"]):
+                    row = [f"{mode} {size} {name}", f"{figures['calls']:.1f}", f"{figures['ms']:.3f}"]
+                    basis, size_bytes, operations = WORK.get(name, ("", 0, 0))
+                    pixels = figures.get(basis, 0)
+                    if pixels > 0 and figures["ms"] > 0:
+                        seconds = 1e-3 * figures["ms"]
+                        gb, gflop = 1e-9 * pixels * size_bytes / seconds, 1e-9 * pixels * operations / seconds
+                        row += [f"{1e9 * seconds / pixels:.2f}", f"{gb:.1f}", f"{100 * gb / copy:.0f} %",
+                                f"{gflop:.1f}", f"{100 * gflop / peak:.0f} %"]
+                    else:
+                        row += [""] * 5
+                    rows.append(row)
+        table(f"Kernels, {threads_text(threads)}, a frame, on the device's clock (shares of the copy within caches and of"
+              " the multiply-add rate)",
+              ["", "calls", "ms", "ns a pixel", "GB/s", "of copy", "GFLOP/s", "of peak"], rows)
+
+
+def occlusion(result):
+    rows = []
+    for threads, runs in result["threads"].items():
+        for size in SIZES:
+            on, off = (runs[f"occlusion/{state}/{size}"]["real_time"] for state in ("on", "off"))
+            rows.append([f"{size}, {threads_text(threads)}", f"{on:.2f}", f"{off:.2f}", f"{on / off:.2f}"])
+    table("Occlusion tests, paper mode from given poses: ms a frame", ["", "on", "off", "on/off"], rows)
+
+
+def sweeps(result):
+    titles = {"object_pixels": "pixels of the object (640x480)", "frame_size": "size of the frame (20,000 pixels of object)",
+              "triangles": "triangles (32,000 pixels of object)", "iterations": "most iterations a level"}
+    for sweep, title in titles.items():
+        rows = []
+        for name, run in result["sweeps"].items():
+            kind, mode, value = name.split("/")
+            if kind == sweep:
+                rows.append([f"{mode} {value}", f"{run['real_time']:.2f}", f"{run['render_ms']:.2f}",
+                             f"{run['real_time'] - run['render_ms']:.2f}", f"{run['visible']:.0f}",
+                             f"{run['solutions']:.1f}", f"{100 * run['lost']:.0f} %"])
+        rows.sort(key=lambda row: (row[0].split()[0], int(row[0].split()[1].split("x")[0])))
+        table(f"Against {title}, 1 thread: ms a frame", ["", "frame", "render", "the rest", "visible", "solutions", "lost"],
+              rows)
+
+
+def first(result):
+    figures = result["first"]
+    table("First frame of the program, 640x480, compiled kernels cached", ["", ""],
+          [["process start to first pose, s", f"{figures['seconds_to_first_pose']:.2f}"],
+           ["first frame / median frame", f"{figures['first_over_median']:.1f}"]])
+
+
+def against(result, baseline):
+    """In multiples of (a) of the same run, because machines and their load differ from run to run."""
+    rows = []
+    for threads, runs in result["threads"].items():
+        for size in SIZES:
+            for mode in MODES:
+                name = f"frame/{mode}/{size}"
+                before = baseline["threads"].get(threads, {})
+                if name not in before:
+                    continue
+                then, now = (figures[name]["real_time"] / reference(figures, size) for figures in (before, runs))
+                rows.append([f"{mode} {size}, {threads_text(threads)}", f"{then:.2f}", f"{now:.2f}",
+                             f"{100 * (now / then - 1):+.0f} %"])
+    table("Frame/(a), compared with the baseline", ["", "baseline", "now", "change"], rows)
+
+
 def main(paths):
-    for path in paths:
-        frames_table(*read(path))
+    with open(paths[0]) as file:
+        result = json.load(file)
+    machine = result["machine"]
+    print(f"{machine['device']}; {machine['num_cpus']} cores, load {machine['load_avg'][0]:.1f} at the end;"
+          f" {machine['date']}\n")
+    frames(result)
+    limits(result)
+    occlusion(result)
+    first(result)
+    kernels(result)
+    sweeps(result)
+    if len(paths) > 1 and os.path.exists(paths[1]):
+        with open(paths[1]) as file:
+            against(result, json.load(file))
 
 
 if __name__ == "__main__":

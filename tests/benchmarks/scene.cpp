@@ -51,20 +51,58 @@ Scene make_scene(const SceneOptions& options) {
   sequence.sensor.blur_sigma = 0.5;
   sequence.sensor.noise = 2;
   const double pixel = z / focal;  // metres at the object's distance
+  const double path = options.frames / 48.0;
   for (int i = 0; i < options.frames; ++i) {
     const double phase = 2 * std::numbers::pi * i / options.frames;
-    const Eigen::Vector3d turn(0.06 * std::sin(phase + 1), 0.06 * std::sin(phase + 2), 0.03 * std::sin(phase + 3));
+    const Eigen::Vector3d turn =
+        path * Eigen::Vector3d(0.06 * std::sin(phase + 1), 0.06 * std::sin(phase + 2), 0.03 * std::sin(phase + 3));
     Pose pose = Pose::Identity();
     pose.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix() *
                     simulation::MotionOptions::default_orientation();
-    pose.translation() = Eigen::Vector3d(20 * pixel * std::cos(phase), 5 * pixel * std::sin(2 * phase),
-                                         z * (1 + 0.03 * std::sin(phase)));
+    pose.translation() = Eigen::Vector3d(path * 20 * pixel * std::cos(phase), path * 5 * pixel * std::sin(2 * phase),
+                                         z * (1 + path * 0.03 * std::sin(phase)));
     sequence.motion.T_camera_object.push_back(pose);
   }
   const simulation::Sequence frames(scene.mesh, sequence);
   scene.T_camera_object = frames.poses();
   for (int i = 0; i < options.frames; ++i) scene.images.push_back(frames.frame(i));
   return scene;
+}
+
+Mesh subdivided(const Mesh& mesh, int pieces) {
+  Mesh fine = mesh;
+  fine.positions.clear();
+  fine.texture_coordinates.clear();
+  fine.triangles.clear();
+  fine.triangle_materials.clear();
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const auto first = static_cast<std::uint32_t>(fine.positions.size());
+    const auto index = [&](int row, int column) {
+      return first + static_cast<std::uint32_t>(row * (row + 1) / 2 + column);
+    };
+    for (int row = 0; row <= pieces; ++row) {
+      for (int column = 0; column <= row; ++column) {
+        const float v = static_cast<float>(row - column) / static_cast<float>(pieces);
+        const float w = static_cast<float>(column) / static_cast<float>(pieces);
+        const float u = 1.0f - v - w;
+        fine.positions.push_back(u * mesh.positions[a] + v * mesh.positions[b] + w * mesh.positions[c]);
+        fine.texture_coordinates.push_back(u * mesh.texture_coordinates[a] + v * mesh.texture_coordinates[b] +
+                                           w * mesh.texture_coordinates[c]);
+      }
+    }
+    for (int row = 0; row < pieces; ++row) {
+      for (int column = 0; column <= row; ++column) {
+        fine.triangles.push_back({index(row, column), index(row + 1, column), index(row + 1, column + 1)});
+        if (column < row) {
+          fine.triangles.push_back({index(row, column), index(row + 1, column + 1), index(row, column + 1)});
+        }
+      }
+    }
+    if (!mesh.triangle_materials.empty())
+      fine.triangle_materials.resize(fine.triangles.size(), mesh.triangle_materials[t]);
+  }
+  return fine;
 }
 
 }  // namespace holdfast::bench

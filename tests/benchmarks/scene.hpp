@@ -14,7 +14,7 @@ struct SceneOptions {
   int width = 512;
   int height = 256;
   double object_pixels = 0.25 * 512 * 256;  ///< of the object's silhouette in the middle pose
-  int frames = 48;
+  int frames = 48;                          ///< fewer travel a shorter path at the same speed
 };
 
 /// Frames in memory of a printed box that moves along a closed path, up to 4 pixels a frame: after the last frame the
@@ -29,5 +29,8 @@ struct Scene {
 };
 
 Scene make_scene(const SceneOptions& options);
+
+/// The same surface with each triangle cut into `pieces` x `pieces`.
+Mesh subdivided(const Mesh& mesh, int pieces);
 
 }  // namespace holdfast::bench

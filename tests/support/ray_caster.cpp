@@ -119,4 +119,24 @@ Eigen::Vector4d RayCaster::color(const RayHit& hit, bool repeat) const {
   return color;
 }
 
+Eigen::Vector4d RayCaster::pixel_color(const Camera& camera, const Eigen::Vector2d& pixel, const RayHit& hit,
+                                       bool repeat) const {
+  const Texture* texture = texture_of(hit.triangle);
+  if (texture == nullptr) {
+    return color(hit, repeat);
+  }
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (const double dx : {-0.25, 0.25}) {
+    for (const double dy : {-0.25, 0.25}) {
+      const auto sample = meet_plane(hit.triangle, ray(camera, pixel + Eigen::Vector2d(dx, dy)));
+      const Eigen::Vector4d value = sample_texture(*texture, texture_coordinate(*sample), repeat);
+      for (int channel = 0; channel < 3; ++channel) {
+        sum[channel] += 0.25 * value[channel] * value[channel];
+      }
+      sum[3] += 0.25 * value[3];
+    }
+  }
+  return {std::sqrt(sum[0]), std::sqrt(sum[1]), std::sqrt(sum[2]), sum[3]};
+}
+
 }  // namespace holdfast::test

@@ -31,6 +31,11 @@ class RayCaster {
   /// Alpha 0 where the surface has neither texture nor vertex colours.
   Eigen::Vector4d color(const RayHit& hit, bool repeat = false) const;
 
+  /// The same over the pixel's area: four samples of the textured triangle that was hit, a quarter pixel off the centre
+  /// each way, averaged as light (squares of what is encoded).
+  Eigen::Vector4d pixel_color(const Camera& camera, const Eigen::Vector2d& pixel, const RayHit& hit,
+                              bool repeat = false) const;
+
   /// How many texels of the surface the step to the next pixel (column or row, the longer) passes; 0 without texture.
   double texels_per_pixel(const Camera& camera, const Eigen::Vector2d& pixel, const RayHit& hit) const;
 
