@@ -9,7 +9,7 @@ namespace {
 /// Errors that no tile's scores show because the solution absorbs them: a displacement of each tile's image, pixels of
 /// the level, standard deviation. Texture sampling, tessellation and calibration are of this kind. Calibrated on
 /// simulated sequences.
-constexpr double kTileDisplacement = 0.05;
+constexpr double kTileDisplacement = 0.025;
 /// Neighbouring tiles are not quite independent. Calibrated likewise.
 constexpr double kTileCorrelation = 1.5;
 

@@ -25,6 +25,8 @@ constexpr int kMostThinning = 4;
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from constant velocity: object radii and radians, standard deviation.
 constexpr double kExpectedDeviation = 0.05;
+/// Weight of a new frame in the share of texture that is usually seen.
+constexpr double kShareMemory = 0.02;
 /// Starts of the fine stage while the object is lost: the most promising ones.
 constexpr std::size_t kFineStartsWhenLost = 3;
 /// Share of the usual coarse score below which a place is not worth a closer look.
@@ -267,7 +269,17 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
     const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
     result.information = conditioning().information(0.5 * (information + information.transpose()));
   }
-  Verdict verdict = judge(estimate, options_, motion_.lost());
+  Circumstances circumstances;
+  circumstances.lost_before = motion_.lost();
+  circumstances.usual_share = usual_share_;
+  circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode == Mode::standard;
+  if (moved_) {
+    const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
+    circumstances.blur_pixels = exposure_ * motion;
+    circumstances.predicted_pixels = motion_.moving() ? corner_motion(motion_.pose(), motion_.predicted()) : 0;
+  }
+  circumstances.gain = photometry_.gain(1) / usual_gain_;
+  Verdict verdict = judge(estimate, options_, circumstances);
   result.status = verdict.status;
   result.reason = std::move(verdict.reason);
 }
@@ -308,6 +320,10 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     gradient_pixels_ = static_cast<double>(result.gradient_pixels) * thinning(finest_drawn_);
     surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
+    const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
+    // What is seen when nothing is in front: rises at once, falls slowly.
+    usual_share_ = std::max(share, usual_share_ + kShareMemory * (share - usual_share_));
+    usual_gain_ += kScoreMemory * (photometry_.gain(1) - usual_gain_);
     if (usual_fine_score_ > 0 && last_score_ > kUsualScore * usual_fine_score_) {
       keyframes_.remember(result.T_camera_object);
     }
@@ -359,6 +375,8 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;
   impl_->usual_fine_score_ = 1;
+  impl_->usual_share_ = 0;
+  impl_->usual_gain_ = 1;
   impl_->surviving_share_ = 1;
   impl_->gradient_pixels_ = 0;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);

@@ -102,6 +102,8 @@ struct Tracker::Impl {
   double expected_deviation_ = 0;  ///< 0: nothing is expected
   int fast_frames_ = 0;            ///< since it was measured
   double usual_score_ = 1;         ///< of the coarse stage, running mean
+  double usual_share_ = 0;         ///< of the gradient pixels used, when nothing is in front; 0: not known yet
+  double usual_gain_ = 1;          ///< of the frame over the texture, running mean
   bool last_promising_ = false;    ///< the last frame's estimate, whether or not it was believed
   double last_score_ = 0;          ///< of the fine stage, in the last frame
   double usual_fine_score_ = 1;    ///< of the fine stage, likewise
