@@ -121,6 +121,7 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   photometry_.enqueue_upload(level, view_.planes(level).tiles);
   auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
   warp.every = every;
+  looked_at_every_ = every;
   occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
   kernel::hf_constraints options = constraint_options(level);
   options.every = every;
@@ -129,7 +130,7 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
 }
 
 void Tracker::Impl::decide_all_pixels() {
-  if (thinning(finest_drawn_) == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
+  if (looked_at_every_ == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
   enqueue_level(finest_drawn_, D_last_, 1);
 }
 
@@ -317,7 +318,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
-    gradient_pixels_ = static_cast<double>(result.gradient_pixels) * thinning(finest_drawn_);
+    gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
     surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));

@@ -87,6 +87,7 @@ struct Tracker::Impl {
   MotionModel motion_;
   Keyframes keyframes_;
   std::vector<double> scale_;
+  int looked_at_every_ = 1;     ///< row of pixels, in the last sums
   double gradient_pixels_ = 0;  ///< on the finest level, of the last frame that was held
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;

@@ -155,7 +155,9 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   const Stopwatch watch(times_.solve);
   for (int level = coarsest; level >= finest; --level) {
     photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
-    if (level == coarsest && options_.photometric) evaluate(level, D);
+    // Right after a frame that was held its light still holds; otherwise it is taken before any step.
+    const bool lit = gradient_pixels_ > 0 && !motion_.lost();
+    if (level == coarsest && options_.photometric && !lit) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;
   }
@@ -169,14 +171,15 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
   for (int redraw = 0; redraw < 2; ++redraw) {
     const Pose T_drawn = estimate.T_camera_object;
     const int top = redraw == 0 ? coarsest : finest;
-    if (!draw(T_drawn, finest, top - finest + 1)) {
-      estimate.solved = false;
-      return estimate;
-    }
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
       for (int level = finest; level <= top; ++level) image_.enqueue_blur(level, coarser(rect, level));
+      device_.impl().queue.flush();  // the device works while the view is drawn
+    }
+    if (!draw(T_drawn, finest, top - finest + 1)) {
+      estimate.solved = false;
+      return estimate;
     }
     const Stopwatch watch(times_.solve);
     Pose D = Pose::Identity();

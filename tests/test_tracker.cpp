@@ -187,6 +187,27 @@ TEST_CASE("two runs give the same bits") {
   }
 }
 
+TEST_CASE("the pixel mask decides every row, though poses come from every n-th") {
+  const Sequence sequence(box(), paper_camera(6, 3, 19));
+  Tracker tracker(box(), sequence.camera());
+  tracker.reset(sequence.pose(0));
+  for (int i = 0; i < sequence.size(); ++i) {
+    const FrameResult result = tracker.track(view_of(sequence.frame(i)));
+    REQUIRE(result.status == Status::held);
+    const PixelMask mask = tracker.pixel_mask();
+    std::array<double, 4> used{};
+    for (int y = 0; y < mask.height; ++y) {
+      for (int x = 0; x < mask.width; ++x) {
+        used[static_cast<std::size_t>(y % 4)] +=
+            mask.classes[static_cast<std::size_t>(y * mask.width + x)] == static_cast<int>(PixelClass::used);
+      }
+    }
+    const auto [least, most] = std::minmax_element(used.begin(), used.end());
+    CHECK(*least > 0.9 * *most);
+    if (i > 0) CHECK(used[0] + used[1] + used[2] + used[3] > 1.8 * result.used_pixels);  // thinned indeed
+  }
+}
+
 TEST_CASE("both partitions give the same poses and masks within the published tolerance") {
   const Sequence sequence(box(), paper_camera(4, 4, 12));
   DeviceOptions groups;
