@@ -2,7 +2,8 @@
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
-#                 BASELINE where there is one (make bench-baseline saves the last result there)
+#                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
+#                 tables and plots of docs/performance.md)
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
@@ -16,7 +17,7 @@ CTEST_FLAGS ?=
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo test bench bench-baseline install format check-format clean
+.PHONY: all deps demo test bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -52,6 +53,10 @@ bench:
 
 bench-baseline:
 	cp $(BENCH)/result.json $(BASELINE)
+
+bench-docs:
+	mkdir -p docs/performance
+	cp $(BENCH)/report.txt $(BENCH)/stages.svg $(BENCH)/sweeps.svg docs/performance
 
 # Builds only where nothing is built yet, so that `sudo make install` leaves no files of root in the build folder.
 install:

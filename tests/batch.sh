@@ -58,6 +58,7 @@ if "$batch" list results >log 2>&1; then fail "a missing recording went unnotice
 grep -q 'missing: failed with exit code 3' log || fail "the missing recording is not named: $(cat log)"
 [ "$(find results -name poses.csv | wc -l)" -eq 3 ] || fail "the others were not tracked"
 rm -r results
+"$batch" list results --line 1 >log 2>&1 || fail "--line of a comment: $(cat log)"
 "$batch" list results --line 3 >log 2>&1 || fail "--line: $(cat log)"
 [ "$(find results -name poses.csv)" = "results/two words/poses.csv" ] || fail "--line 3 did another"
 echo "batch: fine"

@@ -1,11 +1,8 @@
-#include <benchmark/benchmark.h>
+#include "device_limits.hpp"
 
-#include <memory>
 #include <vector>
 
-#include "benchmarks.hpp"
 #include "holdfast/device.hpp"
-#include "opencl.hpp"
 
 namespace holdfast::bench {
 namespace {
@@ -33,79 +30,47 @@ __kernel void multiply_add(float seed, int rounds, __global float16* out) {
 }
 )";
 
-/// The device that Holdfast would choose, with kernels that do one thing each.
-struct Limits {
-  Limits() {
-    const DeviceInfo info = Device().info();
-    std::vector<cl::Platform> platforms;
-    cl::Platform::get(&platforms);
-    std::vector<cl::Device> devices;
-    platforms.at(static_cast<std::size_t>(info.platform_index)).getDevices(CL_DEVICE_TYPE_ALL, &devices);
-    const cl::Device device = devices.at(static_cast<std::size_t>(info.device_index));
-    context = cl::Context(device);
-    queue = cl::CommandQueue(context, device);
-    program = cl::Program(context, kSource, true);
-  }
-  cl::Context context;
-  cl::CommandQueue queue;
-  cl::Program program;
-};
-
-using SharedLimits = std::shared_ptr<std::unique_ptr<Limits>>;
-
-Limits& made(const SharedLimits& limits) {
-  if (!*limits) *limits = std::make_unique<Limits>();
-  return **limits;
-}
-
-void copy(benchmark::State& state, Limits& limits, std::size_t bytes) {
-  const cl::Buffer in(limits.context, CL_MEM_READ_ONLY, bytes), out(limits.context, CL_MEM_WRITE_ONLY, bytes);
-  limits.queue.enqueueFillBuffer(in, 0.5f, 0, bytes);
-  limits.queue.enqueueFillBuffer(out, 0.5f, 0, bytes);
-  cl::Kernel kernel(limits.program, "copy");
-  kernel.setArg(0, in);
-  kernel.setArg(1, out);
-  const std::size_t items = bytes / (256 * kLanes * sizeof(float));
-  for (auto _ : state) {
-    limits.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items), cl::NDRange(1));
-    limits.queue.finish();
-  }
-  // Read and written.
-  state.counters["GB_per_s"] =
-      benchmark::Counter(2e-9 * static_cast<double>(bytes), benchmark::Counter::kIsIterationInvariantRate);
-}
-
-void multiply_add(benchmark::State& state, Limits& limits) {
-  const cl::Buffer out(limits.context, CL_MEM_WRITE_ONLY, kItems * kLanes * sizeof(float));
-  cl::Kernel kernel(limits.program, "multiply_add");
-  kernel.setArg(0, 0.25f);
-  kernel.setArg(1, kRounds);
-  kernel.setArg(2, out);
-  for (auto _ : state) {
-    limits.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(kItems), cl::NDRange(1));
-    limits.queue.finish();
-  }
-  const double operations = 2.0 * kLanes * kChains * kRounds * kItems;
-  state.counters["GFLOP_per_s"] = benchmark::Counter(1e-9 * operations, benchmark::Counter::kIsIterationInvariantRate);
-}
-
 }  // namespace
 
-void register_device_limits() {
-  const auto limits = std::make_shared<std::unique_ptr<Limits>>();
-  for (const std::size_t kilobytes : {512, 65536}) {  // within the caches, and from memory
-    benchmark::RegisterBenchmark(
-        ("limit/copy/" + std::to_string(kilobytes)).c_str(),
-        [limits, kilobytes](benchmark::State& state) { copy(state, made(limits), 1024 * kilobytes); })
-        ->UseRealTime()
-        ->MeasureProcessCPUTime()
-        ->Unit(benchmark::kMillisecond);
-  }
-  benchmark::RegisterBenchmark("limit/multiply_add",
-                               [limits](benchmark::State& state) { multiply_add(state, made(limits)); })
-      ->UseRealTime()
-      ->MeasureProcessCPUTime()
-      ->Unit(benchmark::kMillisecond);
+cl::Device chosen_device() {
+  const DeviceInfo info = Device().info();
+  std::vector<cl::Platform> platforms;
+  cl::Platform::get(&platforms);
+  std::vector<cl::Device> devices;
+  platforms.at(static_cast<std::size_t>(info.platform_index)).getDevices(CL_DEVICE_TYPE_ALL, &devices);
+  return devices.at(static_cast<std::size_t>(info.device_index));
 }
+
+DeviceLimits::DeviceLimits() : context_(chosen_device()), queue_(context_) {
+  const cl::Program program(context_, kSource, true);
+  copy_ = cl::Kernel(program, "copy");
+  multiply_add_ = cl::Kernel(program, "multiply_add");
+  sums_ = cl::Buffer(context_, CL_MEM_WRITE_ONLY, kItems * kLanes * sizeof(float));
+  multiply_add_.setArg(0, 0.25f);
+  multiply_add_.setArg(1, kRounds);
+  multiply_add_.setArg(2, sums_);
+}
+
+void DeviceLimits::copy(std::size_t bytes) {
+  if (bytes != bytes_) {
+    in_ = cl::Buffer(context_, CL_MEM_READ_ONLY, bytes);
+    out_ = cl::Buffer(context_, CL_MEM_WRITE_ONLY, bytes);
+    queue_.enqueueFillBuffer(in_, 0.5f, 0, bytes);
+    queue_.enqueueFillBuffer(out_, 0.5f, 0, bytes);
+    copy_.setArg(0, in_);
+    copy_.setArg(1, out_);
+    bytes_ = bytes;
+  }
+  const std::size_t items = bytes / (256 * kLanes * sizeof(float));
+  queue_.enqueueNDRangeKernel(copy_, cl::NullRange, cl::NDRange(items), cl::NDRange(1));
+  queue_.finish();
+}
+
+void DeviceLimits::multiply_add() {
+  queue_.enqueueNDRangeKernel(multiply_add_, cl::NullRange, cl::NDRange(kItems), cl::NDRange(1));
+  queue_.finish();
+}
+
+double DeviceLimits::operations() { return 2.0 * kLanes * kChains * kRounds * kItems; }
 
 }  // namespace holdfast::bench

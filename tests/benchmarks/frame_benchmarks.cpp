@@ -4,9 +4,11 @@
 #include <array>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "benchmarks.hpp"
 #include "holdfast/tracker.hpp"
+#include "median.hpp"
 
 namespace holdfast::bench {
 namespace {
@@ -52,33 +54,32 @@ class Run {
 
 template <typename Next>
 void track_frames(benchmark::State& state, Run& run, const Next& next) {
-  StageTimes sum;
-  double iterations = 0, lost = 0, used = 0, visible = 0, largest_error = 0;
+  struct Figure {
+    const char* name;
+    double (*of)(const FrameResult& result);
+    std::vector<double> values;
+  };
+  std::array<Figure, 10> figures{{
+      {"frame_ms", [](const FrameResult& r) { return r.ms.total; }, {}},
+      {"without_render_ms", [](const FrameResult& r) { return r.ms.total - r.ms.render; }, {}},
+      {"upload_ms", [](const FrameResult& r) { return r.ms.upload; }, {}},
+      {"render_ms", [](const FrameResult& r) { return r.ms.render; }, {}},
+      {"filter_ms", [](const FrameResult& r) { return r.ms.filter; }, {}},
+      {"search_ms", [](const FrameResult& r) { return r.ms.search; }, {}},
+      {"solve_ms", [](const FrameResult& r) { return r.ms.solve; }, {}},
+      {"solutions", [](const FrameResult& r) { return static_cast<double>(r.iterations); }, {}},
+      {"used", [](const FrameResult& r) { return static_cast<double>(r.used_pixels); }, {}},
+      {"visible", [](const FrameResult& r) { return static_cast<double>(r.visible_pixels); }, {}},
+  }};
+  double lost = 0, largest_error = 0;
   for (auto _ : state) {
     const FrameResult result = next(run);
-    sum.upload += result.ms.upload;
-    sum.render += result.ms.render;
-    sum.filter += result.ms.filter;
-    sum.search += result.ms.search;
-    sum.solve += result.ms.solve;
-    iterations += result.iterations;
-    used += result.used_pixels;
-    visible += result.visible_pixels;
+    for (Figure& figure : figures) figure.values.push_back(figure.of(result));
     lost += result.status == Status::lost ? 1 : 0;
     largest_error = std::max(largest_error, run.error());
   }
-  const auto mean = [&](const char* name, double value) {
-    state.counters[name] = benchmark::Counter(value, benchmark::Counter::kAvgIterations);
-  };
-  mean("upload_ms", sum.upload);
-  mean("render_ms", sum.render);
-  mean("filter_ms", sum.filter);
-  mean("search_ms", sum.search);
-  mean("solve_ms", sum.solve);
-  mean("solutions", iterations);
-  mean("used", used);
-  mean("visible", visible);
-  mean("lost", lost);
+  for (const Figure& figure : figures) state.counters[figure.name] = median(figure.values);
+  state.counters["lost"] = benchmark::Counter(lost, benchmark::Counter::kAvgIterations);
   state.counters["worst_mm"] = 1e3 * largest_error;
 }
 

@@ -1,10 +1,13 @@
 #include <benchmark/benchmark.h>
 
 #include <array>
+#include <chrono>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "benchmarks.hpp"
+#include "median.hpp"
 
 namespace holdfast::bench {
 namespace {
@@ -24,7 +27,9 @@ struct Images {
 };
 
 void blur_and_differentiate(benchmark::State& state, Images& images) {
+  std::vector<double> milliseconds;
   for (auto _ : state) {
+    const auto begin = std::chrono::steady_clock::now();
     for (Images::Filtered& image : images.filtered) {
       cv::GaussianBlur(image.input, image.blurred, cv::Size(5, 5), 1.0);
       cv::Scharr(image.blurred, image.dx, CV_32F, 1, 0, 1.0 / 32);
@@ -32,7 +37,9 @@ void blur_and_differentiate(benchmark::State& state, Images& images) {
     }
     benchmark::DoNotOptimize(images.filtered[1].dy.data);
     benchmark::ClobberMemory();
+    milliseconds.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
   }
+  state.counters["frame_ms"] = median(milliseconds);
 }
 
 }  // namespace

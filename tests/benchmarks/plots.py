@@ -26,31 +26,31 @@ def stages(result, path):
             for size in SIZES:
                 for mode in MODES:
                     run = runs[f"frame/{mode}/{size}"]
-                    ms = (run["real_time"] - sum(run[s + "_ms"] for s in STAGES) if stage == "other"
+                    ms = (run["frame_ms"] - sum(run[s + "_ms"] for s in STAGES) if stage == "other"
                           else run[stage + "_ms"])
-                    values.append(max(0.0, ms) / runs[f"opencv/{size}"]["real_time"])
+                    values.append(max(0.0, ms) / runs[f"opencv/{size}"]["frame_ms"])
             axis.barh(labels, values, left=left, label=stage)
             left = [a + b for a, b in zip(left, values)]
         axis.axvline(1, color="black", linewidth=0.8)
         axis.set_title(f"{threads} thread" + ("" if threads == "1" else "s"))
         axis.set_xlabel("ms a frame / ms OpenCV takes to filter two images")
-        axis.invert_yaxis()
+    axes[0][0].invert_yaxis()  # shared
     axes[0][-1].legend(fontsize=8)
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
 
 
 def sweeps(result, path):
-    """ms a frame against sizes of object, frame and mesh, and against solutions."""
-    panels = (("object_pixels", "pixels of the object", lambda value, run: run["visible"], "linear"),
-              ("frame_size", "pixels of the frame (object fixed)",
-               lambda value, run: int(value.split("x")[0]) * int(value.split("x")[1]), "linear"),
-              ("triangles", "triangles", lambda value, run: int(value), "log"),
-              ("iterations", "solved systems a frame", lambda value, run: run["solutions"], "linear"))
+    """ms a frame against sizes of object, frame and mesh, and against the most iterations."""
+    panels = (("object_pixels", "thousand pixels of the object", lambda value: int(value) / 1e3, "linear"),
+              ("frame_size", "million pixels of the frame (object fixed)",
+               lambda value: int(value.split("x")[0]) * int(value.split("x")[1]) / 1e6, "linear"),
+              ("triangles", "triangles", int, "log"),
+              ("iterations", "most iterations a level", int, "linear"))
     figure, axes = pyplot.subplots(1, len(panels), figsize=(13, 3.4))
     for axis, (sweep, label, x_of, scale) in zip(axes, panels):
         for mode in MODES:
-            points = sorted((x_of(name.split("/")[2], run), run["real_time"], run["render_ms"])
+            points = sorted((x_of(name.split("/")[2]), run["frame_ms"], run["render_ms"])
                             for name, run in result["sweeps"].items() if name.startswith(f"{sweep}/{mode}/"))
             if points:
                 line = axis.plot([p[0] for p in points], [p[1] for p in points], marker="o", label=mode)
