@@ -195,6 +195,15 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--correlation-search,!--no-correlation-search", [](O& o) -> bool& { return o.correlation_search; },
       "Shift search on the coarsest level");
   add(
+      app, "--motion-blur,!--no-motion-blur", [](O& o) -> bool& { return o.motion_blur; },
+      "Draw the view as blurred as the shutter makes it");
+  add(
+      app, "--challenge,!--no-challenge", [](O& o) -> bool& { return o.challenge; },
+      "Challenge results worse than usual with other starts");
+  add(
+      app, "--recovery,!--no-recovery", [](O& o) -> bool& { return o.recovery; },
+      "Search a lost object over the whole picture");
+  add(
       app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
       "Of the shift search, pixels of the full frame");
   add(

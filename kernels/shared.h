@@ -91,6 +91,13 @@ typedef struct {
   HF_INT every;                /* every how manieth row of pixels is looked at; 1: all */
 } hf_warp;
 
+/* What the object does while the shutter is open: a point P moves by v + w x P, half of it before the frame's pose. */
+typedef struct {
+  HF_FLOAT v[3], w[3];
+  HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
+  HF_INT taps;                 /* moments that are averaged */
+} hf_exposure;
+
 typedef struct {
   HF_INT gradient_test, angle_test, magnitude_test, all_channels, compare_magnitudes;
   HF_INT channels;             /* of the frame: 1 when it is grey */

@@ -156,7 +156,7 @@ void build_program(Device::Impl& impl, const DeviceOptions& options) {
   impl.strips = options.partition == Partition::automatic ? wide_cpu : options.partition == Partition::strips;
   std::string source;
   for (const char* file : {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "view_template.cl",
-                           "occlusion.cl", "flow_constraints.cl", "shift_search.cl"}) {
+                           "motion_blur.cl", "occlusion.cl", "flow_constraints.cl", "shift_search.cl"}) {
     source += embedded_text(file);
     source += '\n';
   }

@@ -1,30 +1,81 @@
 #include "judgement.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace holdfast {
 namespace {
 
-/// What it takes to be found again after a loss: share of gradient pixels used, correlation.
+/// What it takes to be found again after a loss: share of gradient pixels used and correlation; or less of it, behind
+/// an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
+constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
+/// Motion blur and motion that explain why a frame agrees little, pixels.
+constexpr double kStrongBlur = 8, kFastMotion = 15;
+/// Share of the usual texture that may be hidden without a word.
+constexpr double kMuchHidden = 0.4;
+/// Factor by which the light changes within a few frames that is worth a word.
+constexpr double kOtherLight = 1.4;
+/// Worth starting from in the next frame, though not to be believed yet.
+constexpr double kPromisingShare = 0.15, kPromisingCorrelation = 0.9;
 /// Fewer gradient pixels than this are no texture.
 constexpr double kLeastGradientPixels = 20;
 
 }  // namespace
 
 bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {
-  return estimate.solved && estimate.used_share() >= (lost_before ? kFoundShare : options.lost_visible_share) &&
-         estimate.correlation >= (lost_before ? kFoundCorrelation : options.lost_correlation);
+  if (!estimate.solved) return false;
+  const double share = estimate.used_share(), correlation = estimate.correlation;
+  if (share < options.lost_visible_share || correlation < options.lost_correlation) return false;
+  return !lost_before || (share >= kFoundShare && correlation >= kFoundCorrelation) ||
+         (share >= kFoundPartShare && correlation >= kFoundPartCorrelation);
 }
 
-Verdict judge(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {
-  if (estimate.sums.visible <= 0) return {Status::lost, "out of view"};
+bool is_promising(const Estimate& estimate) {
+  return estimate.solved && estimate.used_share() >= kPromisingShare && estimate.correlation >= kPromisingCorrelation;
+}
+
+namespace {
+
+std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
+
+/// Of the texture that is usually seen, the share that is not.
+double hidden_share(const Estimate& estimate, double usual_share) {
+  return usual_share > 0 ? std::clamp(1 - estimate.used_share() / usual_share, 0.0, 1.0) : 1 - estimate.used_share();
+}
+
+/// Why little of a visible object agrees with the frame.
+std::string why_little_agrees(const Estimate& estimate, const Circumstances& circumstances) {
+  if (circumstances.blur_pixels > kStrongBlur) {
+    return "blurred by " + std::to_string(std::lround(circumstances.blur_pixels)) + " pixels";
+  }
+  if (circumstances.predicted_pixels > kFastMotion) return "occluded, or motion too fast";
+  return "occluded " + percent(hidden_share(estimate, circumstances.usual_share));
+}
+
+}  // namespace
+
+Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Circumstances& circumstances) {
+  if (is_good(estimate, options, circumstances.lost_before)) {
+    if (hidden_share(estimate, circumstances.usual_share) > kMuchHidden && circumstances.usual_share > 0) {
+      return {Status::held, why_little_agrees(estimate, circumstances)};
+    }
+    if (circumstances.gain > kOtherLight || circumstances.gain < 1 / kOtherLight)
+      return {Status::held, "light changed"};
+    return {Status::held, ""};
+  }
+  if (estimate.sums.visible <= 0) {
+    return {Status::lost, circumstances.searched_everywhere ? "found nowhere in the picture" : "out of view"};
+  }
   if (estimate.sums.gradient < kLeastGradientPixels) return {Status::lost, "no texture in view"};
-  if (!estimate.solved) return {Status::lost, "too few constraints left"};
-  if (estimate.used_share() < options.lost_visible_share) return {Status::lost, "occluded or moved too fast"};
+  if (circumstances.lost_before && is_promising(estimate)) {
+    return {Status::lost, "lost before, and not surely found again"};
+  }
+  if (!estimate.solved || estimate.used_share() < options.lost_visible_share) {
+    return {Status::lost, why_little_agrees(estimate, circumstances)};
+  }
   if (estimate.correlation < options.lost_correlation) return {Status::lost, "the frame does not look like the model"};
-  if (!is_good(estimate, options, lost_before)) return {Status::lost, "lost before, and not surely found again"};
-  return {Status::held, ""};
+  return {Status::lost, "lost before, and not surely found again"};
 }
 
 }  // namespace holdfast

@@ -16,6 +16,7 @@ struct Estimate {
   bool solved = false;
   ConstraintSums sums;
   double correlation = 0;
+  Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 
   /// Of the gradient pixels, the share that decided the pose.
   double used_share() const { return sums.used / std::max(1.0, sums.gradient); }
@@ -27,10 +28,23 @@ struct Verdict {
   std::string reason;
 };
 
-/// Judges an estimate. To be found again after a loss (`lost_before`) takes more than to be held on to.
-Verdict judge(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
+/// What the words of a verdict are chosen by.
+struct Circumstances {
+  bool lost_before = false;     ///< to be found again takes more than to be held on to
+  double usual_share = 0;       ///< of the gradient pixels used, where nothing is in front; 0: not known
+  double predicted_pixels = 0;  ///< farthest that the object was expected to move since the last frame
+  double blur_pixels = 0;       ///< motion blur that was found
+  double gain = 1;              ///< of the frame over the model's texture, over what it was
+  bool searched_everywhere = false;
+};
+
+/// Judges an estimate. A held object has a reason too where it is hard to hold.
+Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Circumstances& circumstances);
 
 /// As judge(), without words.
 bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
+
+/// Not to be believed, but worth starting from in the next frame.
+bool is_promising(const Estimate& estimate);
 
 }  // namespace holdfast

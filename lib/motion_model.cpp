@@ -19,6 +19,7 @@ void MotionModel::reset(const Pose& T_camera_object) {
   rotation_.setIdentity();
   moving_ = false;
   lost_frames_ = 0;
+  suspected_ = false;
 }
 
 void MotionModel::advance(const Pose& T_camera_object) {
@@ -33,7 +34,15 @@ void MotionModel::advance(const Pose& T_camera_object) {
   moving_ = true;
 }
 
-void MotionModel::lose() { ++lost_frames_; }
+void MotionModel::lose() {
+  ++lost_frames_;
+  suspected_ = false;
+}
+
+void MotionModel::suspect(const Pose& T_camera_object) {
+  T_suspected_ = T_camera_object;
+  suspected_ = true;
+}
 
 Pose MotionModel::extrapolated(int frames) const {
   const Eigen::AngleAxisd turn(rotation_);
@@ -42,6 +51,8 @@ Pose MotionModel::extrapolated(int frames) const {
   predicted.translation() = T_ * p_object_center_ + frames * displacement_ - predicted.linear() * p_object_center_;
   return renormalized(predicted);
 }
+
+Pose MotionModel::predicted() const { return moving_ ? extrapolated(std::min(lost_frames_ + 1, kGoesOnFor)) : T_; }
 
 Pose MotionModel::turned(const Pose& T_camera_object, int way) const {
   const double angle = (way % 2 == 0 ? 1 : -1) * kSearchTurn * (1 + (way / 6) % 2);
@@ -55,9 +66,10 @@ MotionModel::Hypotheses MotionModel::hypotheses(bool velocity, bool all) const {
   Hypotheses result;
   const auto add = [&](const Pose& pose) { result.poses[static_cast<std::size_t>(result.count++)] = pose; };
   if (lost()) {
+    if (suspected_) add(T_suspected_);
     add(T_);
     if (!all) return result;
-    const Pose gone_on = extrapolated(std::min(lost_frames_ + 1, kGoesOnFor));
+    const Pose gone_on = predicted();
     if (velocity && moving_) add(gone_on);
     add(turned(T_, lost_frames_));
     if (velocity && moving_) add(turned(gone_on, lost_frames_));

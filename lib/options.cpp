@@ -24,6 +24,9 @@ TrackerOptions TrackerOptions::paper() {
   options.photometric = false;
   options.mean_gradient = false;
   options.correlation_search = false;
+  options.motion_blur = false;
+  options.challenge = false;
+  options.recovery = false;
   options.levels = 1;
   options.iterations = 1;
   return options;

@@ -13,6 +13,14 @@ Twist Conditioning::twist(const Twist& conditioned) const {
   return result;
 }
 
+Twist Conditioning::conditioned(const Twist& twist) const {
+  Twist result;
+  const Eigen::Vector3d w = twist.tail<3>();
+  result.head<3>() = (twist.head<3>() + w.cross(p_camera_center)) / radius;
+  result.tail<3>() = w;
+  return result;
+}
+
 Matrix6 Conditioning::information(const Matrix6& A) const {
   // y1 = (v + w x c) / radius = (v - [c]x w) / radius, y2 = w.
   Eigen::Matrix3d cross;

@@ -15,6 +15,8 @@ struct Conditioning {
 
   /// Twist about the camera's origin of a conditioned solution.
   Twist twist(const Twist& conditioned) const;
+  /// The inverse of twist().
+  Twist conditioned(const Twist& twist) const;
   /// Information matrix of the twist of a conditioned one: M^T A M with conditioned = M twist.
   Matrix6 information(const Matrix6& A) const;
 };

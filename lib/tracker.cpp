@@ -1,5 +1,6 @@
 #include "holdfast/tracker.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,6 +23,14 @@ constexpr double kEnoughPixels = 4000;
 constexpr int kMostThinning = 4;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
+/// How far the object strays from constant velocity: object radii and radians, standard deviation.
+constexpr double kExpectedDeviation = 0.05;
+/// Weight of a new frame in the share of texture that is usually seen.
+constexpr double kShareMemory = 0.02;
+/// Starts of the fine stage while the object is lost: the most promising ones.
+constexpr std::size_t kFineStartsWhenLost = 3;
+/// Share of the usual coarse score below which a place is not worth a closer look.
+constexpr double kHopelessScore = 0.3;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -59,9 +68,10 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
-      search_(device.impl(), levels_, std::max(1, options.search_radius)),
+      search_(device.impl(), levels_, std::max(kWholePictureRadius + 1, options.search_radius)),
       photometry_(device.impl(), levels_, options.photometric),
       motion_(p_object_center_),
+      keyframes_(p_object_center_),
       scale_(levels_.size(), kFirstScale) {
   device_.impl().queue.finish();
 }
@@ -129,7 +139,8 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
-  photometry_.eliminate(constraints_, options, sums);
+  // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
+  if (level == options_.finest_level) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
@@ -146,6 +157,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
+    const bool recovering = search && options_.recovery && motion_.lost();
     Rect wanted;
     for (int i = 0; i < hypotheses.count; ++i)
       wanted = united(wanted, view_.bounds(hypotheses.poses[static_cast<std::size_t>(i)]));
@@ -156,6 +168,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     coarsest = std::max(coarsest, options_.finest_level);
     const int margin =
         ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
+    if (recovering) wanted = {0, 0, camera_.width, camera_.height};
     const Rect region = image_.region(grown(wanted, margin));
     if (!wanted.empty()) {
       {
@@ -167,8 +180,11 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       } else {
         const int coarse_finest = std::max(coarsest - 1, options_.finest_level);
         const bool coarse = coarsest > options_.finest_level;
+        const auto as_usual = [&](const Estimate& estimate) {
+          return motion_.lost() || estimate.score > kUsualScore * usual_fine_score_;
+        };
         // Starts of the fine stage, the most promising first.
-        std::array<Estimate, 8> starts;
+        std::array<Estimate, 16> starts;
         std::size_t start_count = 0;
         const auto add_start = [&](const Estimate& estimate) {
           std::size_t place = start_count++;
@@ -178,7 +194,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if (coarse) {
           {
             const Stopwatch watch(times_.filter);
-            for (int level = coarse_finest; level <= coarsest; ++level) {
+            const int searched = recovering ? recovery_level(coarsest) : coarsest;
+            for (int level = coarse_finest; level <= searched; ++level) {
               image_.enqueue_blur(level, coarser(region, level));
             }
             if (search) search_.enqueue_gradients(image_, coarsest);
@@ -192,33 +209,46 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
+        if (recovering && coarse) {
+          for (const Estimate& place : search_everywhere(recovery_level(coarsest), coarsest)) {
+            if (place.score > 0) add_start(coarse_stage(place.T_camera_object, true, coarsest, coarse_finest));
+          }
+        }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
-        for (int i = 0; i < hypotheses.count; ++i) {
+        for (int i = 0; i < hypotheses.count && !recovering; ++i) {
           Estimate plain;
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
+        if (recovering) start_count = std::min(start_count, kFineStartsWhenLost);
         const int lit_level = coarse && coarse_finest > options_.finest_level ? coarse_finest : -1;
         const auto try_start = [&](const Estimate& start, int fine_coarsest) {
+          if (recovering && start.score < kHopelessScore * usual_score_) return false;
           const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
           if (best.score < 0 || estimate.score > best.score) best = estimate;
-          return is_good(best, options_, motion_.lost());
+          return is_good(best, options_, motion_.lost()) && as_usual(best);
         };
         // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
         // there.
         const int one_finer = std::max(coarse_finest - 1, options_.finest_level);
-        bool found =
-            starts[0].score > 0 && one_finer > options_.finest_level && try_start(starts[0], options_.finest_level);
+        bool found = start_count > 0 && starts[0].score > 0 && one_finer > options_.finest_level &&
+                     try_start(starts[0], options_.finest_level);
         if (found && corner_motion(starts[0].T_camera_object, best.T_camera_object) > kMostCorrection) {
           found = false;
           best.score = -1;
         }
         for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
-        if (coarse && is_good(best, options_, motion_.lost()))
-          usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+        if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
+        if (options_.motion_blur && moved_ && is_good(best, options_, motion_.lost())) measure_exposure(best);
+        if (is_good(best, options_, motion_.lost())) {
+          if (coarse) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+          usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
+        }
       }
     }
     result.T_camera_object = best.T_camera_object;
+    last_score_ = best.score;
+    last_promising_ = is_promising(best);
     report(best, result);
   }
   result.iterations = solved_systems_;
@@ -236,9 +266,21 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   result.rows = static_cast<int>(sums.rows);
   result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
   result.correlation = estimate.correlation;
-  const double scale2 = sums.rows > 0 ? std::max(sums.weighted_square / sums.rows, 1e-8) : 1.0;
-  if (sums.rows > 0) result.information = conditioning().information(sums.A / scale2);
-  Verdict verdict = judge(estimate, options_, motion_.lost());
+  if (estimate.covariance.trace() > 0) {
+    const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
+    result.information = conditioning().information(0.5 * (information + information.transpose()));
+  }
+  Circumstances circumstances;
+  circumstances.lost_before = motion_.lost();
+  circumstances.usual_share = usual_share_;
+  circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode == Mode::standard;
+  if (moved_) {
+    const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
+    circumstances.blur_pixels = exposure_ * motion;
+    circumstances.predicted_pixels = motion_.moving() ? corner_motion(motion_.pose(), motion_.predicted()) : 0;
+  }
+  circumstances.gain = photometry_.gain(1) / usual_gain_;
+  Verdict verdict = judge(estimate, options_, circumstances);
   result.status = verdict.status;
   result.reason = std::move(verdict.reason);
 }
@@ -248,6 +290,8 @@ Tracker::Impl::Appearance Tracker::Impl::appearance() const {
   state.light = photometry_.object_pair();
   std::copy(scale_.begin(), scale_.end(), state.scale.begin());
   state.usual_score = usual_score_;
+  state.usual_fine_score = usual_fine_score_;
+  state.exposure = exposure_;
   state.surviving_share = surviving_share_;
   return state;
 }
@@ -256,6 +300,8 @@ void Tracker::Impl::restore(const Appearance& state) {
   photometry_.set_object_pair(state.light);
   std::copy(state.scale.begin(), state.scale.begin() + static_cast<std::ptrdiff_t>(scale_.size()), scale_.begin());
   usual_score_ = state.usual_score;
+  usual_fine_score_ = state.usual_fine_score;
+  exposure_ = state.exposure;
   surviving_share_ = state.surviving_share;
 }
 
@@ -266,16 +312,28 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   }
   const bool search = options_.correlation_search && options_.mode == Mode::standard;
   const Appearance before = appearance();
+  moved_ = !motion_.lost() && options_.mode == Mode::standard;
+  expected_deviation_ = moved_ && motion_.moving() && options_.predict_velocity ? kExpectedDeviation : 0;
+  if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
     gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
     surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
+    const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
+    // What is seen when nothing is in front: rises at once, falls slowly.
+    usual_share_ = std::max(share, usual_share_ + kShareMemory * (share - usual_share_));
+    usual_gain_ += kScoreMemory * (photometry_.gain(1) - usual_gain_);
+    if (usual_fine_score_ > 0 && last_score_ > kUsualScore * usual_fine_score_) {
+      keyframes_.remember(result.T_camera_object);
+    }
   } else {
     restore(before);
+    if (!motion_.lost()) keyframes_.plan(motion_.pose());
     motion_.lose();
-    result.T_camera_object = motion_.pose();
+    if (last_promising_) motion_.suspect(result.T_camera_object);
+    result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
   }
   return result;
 }
@@ -286,6 +344,8 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   start.poses[0] = T_start;
   start.count = 1;
   const Appearance before = appearance();
+  moved_ = false;
+  expected_deviation_ = 0;
   FrameResult result = follow(frame, start, false);
   restore(before);
   return result;
@@ -311,9 +371,13 @@ void Tracker::reset(const Pose& T_camera_object) {
                 "the pose puts the object out of view; check the camera's focal length and the pose's "
                 "unit (metres) and axes (x right, y down, z forward)");
   }
+  impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;
+  impl_->usual_fine_score_ = 1;
+  impl_->usual_share_ = 0;
+  impl_->usual_gain_ = 1;
   impl_->surviving_share_ = 1;
   impl_->gradient_pixels_ = 0;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);

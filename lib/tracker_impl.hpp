@@ -7,6 +7,7 @@
 #include "flow_constraints.hpp"
 #include "holdfast/tracker.hpp"
 #include "judgement.hpp"
+#include "keyframes.hpp"
 #include "motion_model.hpp"
 #include "occlusion.hpp"
 #include "photometry.hpp"
@@ -19,6 +20,11 @@ namespace holdfast {
 /// The tracker's parts and its loop: a frame's life in tracker.cpp, the stages that turn a starting pose into an
 /// estimate in tracker_stages.cpp.
 struct Tracker::Impl {
+  /// Reach of the search over the whole picture, pixels of the level that it is done on: half a picture.
+  static constexpr int kWholePictureRadius = 80;
+  /// Places that are looked at closely of those a search over the whole picture finds in one frame.
+  static constexpr std::size_t kPlacesAFrame = 8;
+
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
   template <typename Frame>
@@ -30,6 +36,18 @@ struct Tracker::Impl {
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
   Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
+  /// A result below the usual is challenged: starts turned away from it and exposures compete with it.
+  Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest);
+  /// Searches the whole picture for the next few remembered appearances; the best places, as starts.
+  std::array<Estimate, kPlacesAFrame> search_everywhere(int level, int coarsest);
+  /// The level that the whole picture is searched on.
+  int recovery_level(int coarsest) const;
+  /// How well the view drawn at a pose with this exposure fits, light and motion left alone.
+  Estimate fit(const Pose& T_camera_object, double exposure);
+  /// Measures how long the shutter is open where motion lets it be seen.
+  void measure_exposure(const Estimate& estimate);
+  /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
+  Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.
   ConstraintSums evaluate(int level, const Pose& D);
   /// Enqueues tests and constraints of every `thinning`th row.
@@ -42,6 +60,10 @@ struct Tracker::Impl {
   OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums.
   Estimate iterate(int level, Pose& D, int iterations);
+  /// The sums with what is expected of the pose added as six more observations.
+  ConstraintSums with_expectation(ConstraintSums sums, const Pose& D) const;
+  /// What each of those weighs beside the rows.
+  double expectation_weight(const ConstraintSums& sums) const;
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
@@ -63,6 +85,7 @@ struct Tracker::Impl {
   ShiftSearch search_;
   Photometry photometry_;
   MotionModel motion_;
+  Keyframes keyframes_;
   std::vector<double> scale_;
   int looked_at_every_ = 1;     ///< row of pixels, in the last sums
   double gradient_pixels_ = 0;  ///< on the finest level, of the last frame that was held
@@ -72,13 +95,25 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  double usual_score_ = 1;  ///< of the coarse stage, running mean
+  bool moved_ = false;        ///< the last pose was the frame before this one's
+  double exposure_ = 0;       ///< share of the time between frames that the shutter is open
+  int exposure_settled_ = 0;  ///< how often measuring it has changed nothing
+  /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
+  Pose T_expected_ = Pose::Identity();
+  double expected_deviation_ = 0;  ///< 0: nothing is expected
+  int fast_frames_ = 0;            ///< since it was measured
+  double usual_score_ = 1;         ///< of the coarse stage, running mean
+  double usual_share_ = 0;         ///< of the gradient pixels used, when nothing is in front; 0: not known yet
+  double usual_gain_ = 1;          ///< of the frame over the texture, running mean
+  bool last_promising_ = false;    ///< the last frame's estimate, whether or not it was believed
+  double last_score_ = 0;          ///< of the fine stage, in the last frame
+  double usual_fine_score_ = 1;    ///< of the fine stage, likewise
 
   /// What a frame that was not held must not change.
   struct Appearance {
     Photometry::ObjectPair light;
     std::array<double, 6> scale{};
-    double usual_score = 1, surviving_share = 1;
+    double usual_score = 1, usual_fine_score = 1, surviving_share = 1, exposure = 0;
   };
   Appearance appearance() const;
   void restore(const Appearance& appearance);

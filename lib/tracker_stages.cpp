@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
+#include "covariance.hpp"
 #include "stopwatch.hpp"
 #include "tracker_impl.hpp"
 
@@ -14,11 +17,27 @@ constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
 constexpr double kLongestStep = 3;
 constexpr double kDamping = 1e-6;
+/// Pixels that share their noise and three channels: rows that count as one observation.
+constexpr double kRowsPerObservation = 40;
+/// A start's own uncertainty where nothing is expected: object radii and radians.
+constexpr double kFreeDeviation = 0.3;
+/// Appearances that are searched for in one frame.
+constexpr int kAppearancesAFrame = 8;
+/// What a doubtful result is turned by to start again, radians.
+constexpr double kChallengeTurn = 0.2;
+/// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
+constexpr double kTellingMotion = 6, kExposureStep = 0.2;
 
 /// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
 double coverage_at_margin(int margin, double sigma) {
   if (margin <= 0 || sigma <= 0) return 0.5;
   return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
+}
+
+/// Pixels that left the sampled region speak against an estimate too.
+double score_of(const Estimate& estimate) {
+  return estimate.used_share() * estimate.sums.usable / std::max(1.0, estimate.sums.visible) *
+         std::max(0.0, estimate.correlation);
 }
 
 }  // namespace
@@ -45,21 +64,45 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin);
+  Exposure exposure;
+  if (options_.motion_blur && moved_ && exposure_ > 0) {
+    exposure.twist = exposure_ * log_se3(T_camera_object * motion_.pose().inverse());
+    exposure.pixels = exposure_ * corner_motion(motion_.pose(), T_camera_object);
+  }
+  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;
   return drawn;
 }
 
+double Tracker::Impl::expectation_weight(const ConstraintSums& sums) const {
+  const double deviation = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
+  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / (deviation * deviation);
+}
+
+ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D) const {
+  if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
+  // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
+  const bool expected = expected_deviation_ > 0;
+  const Pose to_expected =
+      D.inverse() * (expected ? T_expected_ * view_.T_camera_object().inverse() : Pose::Identity());
+  const double weight = expectation_weight(sums);
+  sums.A += weight * Matrix6::Identity();
+  sums.h += weight * conditioning().conditioned(log_se3(to_expected));
+  return sums;
+}
+
 Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
   Estimate estimate;
+  Twist last_step = Twist::Zero();
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
-    const Solution solution = solve(estimate.sums, condition, kDamping);
+    const Solution solution = solve(with_expectation(estimate.sums, D), condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
+    last_step = solution.conditioned;
     if (!solution.solved) break;
     const Pose before = D * view_.T_camera_object();
     const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
@@ -70,9 +113,13 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
-  // Pixels that left the sampled region speak against an estimate too.
-  estimate.score = estimate.sums.used / std::max(1.0, estimate.sums.gradient) * estimate.sums.usable /
-                   std::max(1.0, estimate.sums.visible) * std::max(0.0, estimate.correlation);
+  if (level == options_.finest_level && estimate.solved) {
+    const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+    const Matrix6 S = score_covariance(constraints_, last_step, condition, camera.fx, camera.fy);
+    estimate.covariance = pose_covariance(estimate.sums.A, S, expectation_weight(estimate.sums),
+                                          expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation);
+  }
+  estimate.score = score_of(estimate);
   return estimate;
 }
 
@@ -145,6 +192,126 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
     if (corner_motion(T_drawn, estimate.T_camera_object) < kRedrawPixels * (1 << finest)) break;
   }
   return estimate;
+}
+
+Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const {
+  Pose result = Pose::Identity();
+  result.linear() = Eigen::AngleAxisd(angle, axis) * T_camera_object.linear();
+  result.translation() = T_camera_object * p_object_center_ - result.linear() * p_object_center_;
+  return renormalized(result);
+}
+
+Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int coarse_finest) {
+  Estimate best = doubtful;
+  const int fine_coarsest = std::max(coarse_finest - 1, options_.finest_level);
+  const auto compete = [&](const Pose& T_start) {
+    const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
+    if (estimate.score > best.score) best = estimate;
+    return best.score > 0.8 * usual_fine_score_;
+  };
+  // Fast motion blurs, by how much is not known at first.
+  if (options_.motion_blur && moved_ && corner_motion(motion_.pose(), best.T_camera_object) > kTellingMotion) {
+    const double before = exposure_;
+    double found = before;
+    for (const double exposure : {0.25, 0.5, 0.75}) {
+      if (std::abs(exposure - before) < 0.1) continue;
+      exposure_ = exposure;
+      const double score = best.score;
+      compete(best.T_camera_object);
+      if (best.score > 1.02 * score) found = exposure;
+    }
+    exposure_ = found;
+    if (best.score > 0.8 * usual_fine_score_) return best;
+  }
+  std::array<Estimate, 7> starts;
+  std::size_t count = 0;
+  const auto add = [&](const Pose& T_start) {
+    const Estimate estimate = coarse_stage(T_start, true, coarsest, coarse_finest);
+    std::size_t place = count++;
+    for (; place > 0 && starts[place - 1].score < estimate.score; --place) starts[place] = starts[place - 1];
+    starts[place] = estimate;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double angle : {-kChallengeTurn, kChallengeTurn}) {
+      add(turned(doubtful.T_camera_object, Eigen::Vector3d::Unit(axis), angle));
+    }
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (compete(starts[i].T_camera_object)) break;
+  }
+  return best;
+}
+
+Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure) {
+  Estimate estimate;
+  estimate.T_camera_object = T_camera_object;
+  const int level = options_.finest_level;
+  const double before = exposure_;
+  exposure_ = exposure;
+  const bool drawn = draw(T_camera_object, level, 1);
+  exposure_ = before;
+  if (!drawn) return estimate;
+  estimate.sums = evaluate(level, Pose::Identity());
+  estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;
+  estimate.correlation = Photometry::correlation(constraints_);
+  estimate.score = score_of(estimate);
+  return estimate;
+}
+
+void Tracker::Impl::measure_exposure(const Estimate& estimate) {
+  if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return;
+  // Once settled it is looked at again in every eighth fast frame.
+  if (exposure_settled_ >= 3 && ++fast_frames_ % 8 != 0) return;
+  const double present = exposure_;
+  std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
+  std::array<double, 2> share{};
+  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i]).score;
+  const Estimate here = fit(estimate.T_camera_object, present);
+  const std::size_t better = share[1] > share[0] ? 1 : 0;
+  if (share[better] > 1.01 * here.score) {
+    exposure_ = around[better];
+    exposure_settled_ = 0;
+  } else {
+    ++exposure_settled_;
+  }
+}
+
+int Tracker::Impl::recovery_level(int coarsest) const {
+  // Rougher than tracking needs: the coarser the level, the farther apart appearances may be.
+  int level = std::min(coarsest + 1, options_.levels - 1);
+  while (level + 1 < options_.levels && std::max(camera_.width, camera_.height) >> (level + 1) > kWholePictureRadius) {
+    ++level;
+  }
+  return level;
+}
+
+std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywhere(int level, int coarsest) {
+  std::array<Estimate, kPlacesAFrame> best;
+  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
+  const double surviving_share = std::exchange(surviving_share_, 0.0);
+  if (level != coarsest) search_.enqueue_gradients(image_, level);
+  for (int i = 0; i < kAppearancesAFrame; ++i) {
+    const Pose T_appearance = keyframes_.next();
+    if (!draw(T_appearance, level, 1)) continue;
+    const Stopwatch watch(times_.search);
+    const ShiftSearch::Result shift = search_.search(view_, image_, level, kWholePictureRadius);
+    // The same appearance on another ray: turned about the camera.
+    const Eigen::Vector3d p_center = T_appearance * p_object_center_;
+    const Eigen::Vector2d pixel = camera.project(p_center) + Eigen::Vector2d(shift.dx, shift.dy);
+    const Eigen::Vector3d ray((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1);
+    Estimate place;
+    place.T_camera_object = renormalized(Pose(Keyframes::to_axis(ray).transpose()) * T_appearance);
+    place.score = shift.score;
+    std::size_t rank = kPlacesAFrame;
+    for (; rank > 0 && best[rank - 1].score < place.score; --rank) {
+      if (rank < kPlacesAFrame) best[rank] = best[rank - 1];
+    }
+    if (rank < kPlacesAFrame) best[rank] = place;
+  }
+  surviving_share_ = surviving_share;
+  if (level != coarsest) search_.enqueue_gradients(image_, coarsest);
+  return best;
 }
 
 }  // namespace holdfast

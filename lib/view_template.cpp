@@ -5,6 +5,15 @@
 #include <cmath>
 
 namespace holdfast {
+namespace {
+
+/// Less motion than this many pixels of the level drawn is left to the Gaussian.
+constexpr double kLeastMotionBlur = 1.0;
+/// Moments of an exposure: one a pixel of motion, at most this many.
+constexpr int kMostTaps = 24;
+
+}  // namespace
+
 ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
                            const std::vector<Level>& levels, ImageFilter& filter)
     : device_(device),
@@ -30,7 +39,9 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   host_rgba_.resize(largest * 4);
   host_depth_.resize(largest);
+  sharp_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
   unpack_ = device.kernel("unpack_view");
+  motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
   template_planes_ = device.kernel("template_planes");
 }
@@ -61,7 +72,8 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin) {
+bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
+                           const Exposure& exposure) {
   const Rect object = bounds(T_camera_object);
   T_camera_object_ = T_camera_object;
   render_ms_ = 0;
@@ -99,9 +111,11 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   unpack_.setArg(2, view);
   unpack_.setArg(3, to_kernel(rect));
   unpack_.setArg(4, level.layout);
-  unpack_.setArg(5, pixels_[f]);
+  const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
+  unpack_.setArg(5, moving ? sharp_ : pixels_[f]);
   unpack_.setArg(6, planes_[f].depth);
   device_.enqueue_rows(unpack_, rect.width, rect.height);
+  if (moving) enqueue_motion_blur(f, rect, exposure);
 
   for (int step = 0; step < count; ++step) {
     const auto l = static_cast<std::size_t>(finest + step);
@@ -138,6 +152,27 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
                     level_rect.height / HF_TILE};
   }
   return true;
+}
+
+void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {
+  const Camera& camera = levels_[level].camera;
+  kernel::hf_exposure e{};
+  for (int i = 0; i < 3; ++i) {
+    e.v[i] = static_cast<float>(exposure.twist(i));
+    e.w[i] = static_cast<float>(exposure.twist(3 + i));
+  }
+  e.fx = static_cast<float>(camera.fx);
+  e.fy = static_cast<float>(camera.fy);
+  e.cx = static_cast<float>(camera.cx);
+  e.cy = static_cast<float>(camera.cy);
+  e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (1 << level))));
+  motion_blur_.setArg(0, sharp_);
+  motion_blur_.setArg(1, planes_[level].depth);
+  motion_blur_.setArg(2, levels_[level].layout);
+  motion_blur_.setArg(3, to_kernel(rect));
+  motion_blur_.setArg(4, e);
+  motion_blur_.setArg(5, pixels_[level]);
+  device_.enqueue_rows(motion_blur_, rect.width, rect.height);
 }
 
 }  // namespace holdfast

@@ -3,11 +3,18 @@
 #include <vector>
 
 #include "device_image.hpp"
+#include "holdfast/pose.hpp"
 #include "holdfast/renderer.hpp"
 #include "image_filter.hpp"
 #include "levels.hpp"
 
 namespace holdfast {
+
+/// What the object moved by while the shutter was open: T <- exp(twist) T in all, half of it before the pose drawn.
+struct Exposure {
+  Twist twist = Twist::Zero();
+  double pixels = 0;  ///< longest way of a point in the image, pixels of level 0
+};
 
 /// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.
 class ViewTemplate {
@@ -35,7 +42,8 @@ class ViewTemplate {
 
   /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Returns false when the
   /// object is out of view. The call draws at once and enqueues the rest.
-  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin);
+  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
+               const Exposure& exposure = {});
 
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }
@@ -44,6 +52,8 @@ class ViewTemplate {
   double render_ms() const { return render_ms_; }
 
  private:
+  void enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure);
+
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   ImageFilter& filter_;
@@ -53,10 +63,11 @@ class ViewTemplate {
   std::vector<cl::Buffer> pixels_;
   cl::Buffer blurred_;  ///< of the level last enqueued
   cl::Buffer rgba_, window_depth_;
+  cl::Buffer sharp_;  ///< pixels before motion blur
   std::vector<std::uint8_t> host_rgba_;
   std::vector<float> host_depth_;
   cl::Event copied_;  ///< of the host memory
-  cl::Kernel unpack_, halve_depth_, template_planes_;
+  cl::Kernel unpack_, motion_blur_, halve_depth_, template_planes_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;
 };

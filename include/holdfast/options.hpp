@@ -27,21 +27,24 @@ enum class Mode {
 struct HOLDFAST_EXPORT TrackerOptions {
   Mode mode = Mode::standard;
   OcclusionOptions occlusion;
-  bool redundancy = false;          ///< drop channels whose gradient repeats the strongest one's direction
-  double redundancy_cosine = 0.9;   ///< |cos| above which a channel repeats another
-  double blur_sigma = 1.0;          ///< Gaussian of both images, pixels of the level
-  int silhouette_margin = 2;        ///< most pixels dropped at silhouette and depth jumps; thin objects lose one
-  double depth_jump = 0.02;         ///< relative depth step that counts as a jump
-  int levels = 4;                   ///< most pyramid levels; small objects use fewer
-  int finest_level = 0;             ///< 0: full resolution; 1: half
-  int iterations = 5;               ///< most solved systems a level
-  bool robust_weights = true;       ///< Student-t weights on what passes the tests
-  bool photometric = true;          ///< gain and bias a channel, global and a tile
-  bool mean_gradient = true;        ///< rows from the mean of rendered and frame gradients; false: rendered only
-  bool predict_velocity = true;     ///< constant-velocity hypothesis beside no motion
-  bool correlation_search = true;   ///< shift search on the coarsest level
-  int search_radius = 32;           ///< of the shift search, pixels of the full frame
-  double lost_correlation = 0.5;    ///< below: lost
+  bool redundancy = false;         ///< drop channels whose gradient repeats the strongest one's direction
+  double redundancy_cosine = 0.9;  ///< |cos| above which a channel repeats another
+  double blur_sigma = 1.0;         ///< Gaussian of both images, pixels of the level
+  int silhouette_margin = 2;       ///< most pixels dropped at silhouette and depth jumps; thin objects lose one
+  double depth_jump = 0.02;        ///< relative depth step that counts as a jump
+  int levels = 4;                  ///< most pyramid levels; small objects use fewer
+  int finest_level = 0;            ///< 0: full resolution; 1: half
+  int iterations = 5;              ///< most solved systems a level
+  bool robust_weights = true;      ///< Student-t weights on what passes the tests
+  bool photometric = true;         ///< gain and bias a channel, global and a tile
+  bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
+  bool predict_velocity = true;    ///< constant-velocity hypothesis beside no motion
+  bool correlation_search = true;  ///< shift search on the coarsest level
+  bool motion_blur = true;        ///< draw the view as blurred as the shutter makes it; how long it is open is measured
+  bool challenge = true;          ///< a result worse than usual is challenged by starts turned away from it
+  bool recovery = false;          ///< a lost object is searched over the whole picture in remembered orientations; slow
+  int search_radius = 32;         ///< of the shift search, pixels of the full frame
+  double lost_correlation = 0.5;  ///< below: lost
   double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost
 
   /// The paper's own mode: thresholds and tests as published, one solve a frame.

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+
+#include "holdfast/pose.hpp"
+
+namespace holdfast {
+
+/// How the object looked while it was held: a few poses, well spread over directions of view, that it is searched in
+/// when it is lost. Only the pose is kept, not pixels: the textured model shows what it looks like from there, at any
+/// resolution and under the light as it was last.
+///
+/// Poses are kept as *appearances*: turned about the camera so that the object's centre lies on the optical axis.
+/// Turned back to any other ray they look the same there.
+class Keyframes {
+ public:
+  explicit Keyframes(const Eigen::Vector3d& p_object_center) : p_object_center_(p_object_center) {}
+
+  /// Forgets everything.
+  void clear() { count_ = 0; }
+
+  /// The object was surely held at this pose. Remembered if it is far from all others; the one that is nearest to
+  /// another makes room.
+  void remember(const Pose& T_camera_object);
+
+  int count() const { return count_; }
+
+  /// Begins a search for an object last seen at this pose: appearances in the order they are to be tried in, that one
+  /// first, then turned away from it, among them those remembered, the nearest first.
+  void plan(const Pose& T_camera_object_last);
+
+  /// The next appearance of the plan; after the last comes the first again, nearer and farther away in turns.
+  Pose next();
+
+  /// The rotation about the camera that brings a point of this direction onto the optical axis.
+  static Eigen::Matrix3d to_axis(const Eigen::Vector3d& p_camera);
+
+ private:
+  static constexpr int kMost = 24, kMostPlanned = 64;
+
+  Pose appearance(const Pose& T_camera_object) const;
+
+  Eigen::Vector3d p_object_center_;
+  std::array<Pose, kMost> poses_;
+  int count_ = 0;
+  std::array<Pose, kMostPlanned> planned_;
+  int planned_count_ = 0;
+  int next_ = 0;
+};
+
+}  // namespace holdfast

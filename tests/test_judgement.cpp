@@ -1,0 +1,89 @@
+// The words of a verdict, each from figures that call for it.
+#include <doctest/doctest.h>
+
+#include "judgement.hpp"
+
+namespace {
+
+using namespace holdfast;
+
+/// A view that is seen in full and agrees.
+Estimate fine() {
+  Estimate estimate;
+  estimate.solved = true;
+  estimate.correlation = 0.98;
+  estimate.sums.visible = 10000;
+  estimate.sums.usable = 9000;
+  estimate.sums.gradient = 5000;
+  estimate.sums.used = 3500;
+  return estimate;
+}
+
+Circumstances usual() {
+  Circumstances circumstances;
+  circumstances.usual_share = 0.7;
+  return circumstances;
+}
+
+}  // namespace
+
+TEST_CASE("held: without a word when all is well, with one when it is hard") {
+  Estimate estimate = fine();
+  CHECK(judge(estimate, {}, usual()).status == Status::held);
+  CHECK(judge(estimate, {}, usual()).reason.empty());
+
+  Circumstances brighter = usual();
+  brighter.gain = 1.6;
+  CHECK(judge(estimate, {}, brighter).reason == "light changed");
+  brighter.gain = 0.6;
+  CHECK(judge(estimate, {}, brighter).reason == "light changed");
+
+  estimate.sums.used = 1050;  // of 3500 usual ones
+  CHECK(judge(estimate, {}, usual()).status == Status::held);
+  CHECK(judge(estimate, {}, usual()).reason == "occluded 70 %");
+  Circumstances fast = usual();
+  fast.blur_pixels = 12;
+  CHECK(judge(estimate, {}, fast).reason == "blurred by 12 pixels");
+}
+
+TEST_CASE("lost: the reason in words") {
+  Estimate estimate = fine();
+  estimate.sums.used = 175;
+  CHECK(judge(estimate, {}, usual()).status == Status::lost);
+  CHECK(judge(estimate, {}, usual()).reason == "occluded 95 %");
+  Circumstances fast = usual();
+  fast.predicted_pixels = 30;
+  CHECK(judge(estimate, {}, fast).reason == "occluded, or motion too fast");
+
+  estimate = fine();
+  estimate.correlation = 0.3;
+  CHECK(judge(estimate, {}, usual()).reason == "the frame does not look like the model");
+
+  estimate = fine();
+  estimate.sums.gradient = 10;
+  estimate.solved = false;
+  CHECK(judge(estimate, {}, usual()).reason == "no texture in view");
+
+  estimate = Estimate();
+  CHECK(judge(estimate, {}, usual()).reason == "out of view");
+  Circumstances lost = usual();
+  lost.lost_before = true;
+  lost.searched_everywhere = true;
+  CHECK(judge(estimate, {}, lost).reason == "found nowhere in the picture");
+}
+
+TEST_CASE("to be found again takes more than to be held on to") {
+  Estimate estimate = fine();
+  estimate.sums.used = 1250;
+  estimate.correlation = 0.93;
+  Circumstances lost = usual();
+  lost.lost_before = true;
+  CHECK(judge(estimate, {}, usual()).status == Status::held);
+  CHECK(judge(estimate, {}, lost).status == Status::lost);
+  CHECK(judge(estimate, {}, lost).reason == "lost before, and not surely found again");
+  CHECK(is_promising(estimate));
+  // Behind an occluder less must do, if it agrees almost perfectly.
+  estimate.sums.used = 1750;
+  estimate.correlation = 0.98;
+  CHECK(judge(estimate, {}, lost).status == Status::held);
+}
