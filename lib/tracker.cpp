@@ -258,7 +258,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
 
 void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const {
   const ConstraintSums& sums = estimate.sums;
-  result.visible_pixels = static_cast<int>(sums.visible);
+  result.visible_pixels = static_cast<int>(sums.visible) * looked_at_every_;
   result.usable_pixels = static_cast<int>(sums.usable);
   result.gradient_pixels = static_cast<int>(sums.gradient);
   result.passed_pixels = static_cast<int>(sums.passed);
@@ -319,7 +319,8 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
   if (result.status == Status::held) {
     gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
-    surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) / std::max(1, result.visible_pixels));
+    surviving_share_ = std::min(
+        1.0, static_cast<double>(result.usable_pixels) * looked_at_every_ / std::max(1, result.visible_pixels));
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
