@@ -33,12 +33,10 @@ __kernel void shift_scores(__global const float* dx, __global const float* dy, i
     for (int x = rect.x; x < rect.x + rect.width; x += step) {
       const int e = element(layout, x, y);
       if (usable[e] != HF_USED) continue;
-      float vx[HF_CHANNELS], vy[HF_CHANNELS], mv2 = 0.0f;
-      for (int c = 0; c < HF_CHANNELS; ++c) {
-        vx[c] = dx[e + c * plane];
-        vy[c] = dy[e + c * plane];
-        mv2 += vx[c] * vx[c] + vy[c] * vy[c];
-      }
+      /* Channels written out: llvmpipe ends a kernel's loops after 65,535 passes in all. */
+      const float vx0 = dx[e], vx1 = dx[e + plane], vx2 = dx[e + 2 * plane];
+      const float vy0 = dy[e], vy1 = dy[e + plane], vy2 = dy[e + 2 * plane];
+      const float mv2 = vx0 * vx0 + vy0 * vy0 + vx1 * vx1 + vy1 * vy1 + vx2 * vx2 + vy2 * vy2;
       if (mv2 < 1e-5f) continue;
       const float mv = sqrt(mv2);
       weight += mv;
@@ -48,11 +46,12 @@ __kernel void shift_scores(__global const float* dx, __global const float* dy, i
       const lane_int inside = (u >= (float)sampled.x) & (u <= (float)sampled.z);
       if (!ANY(inside)) continue;
       __global const float* p = gradients + element(layout, x + first_x, v);
-      lane_float along = (lane_float)(0.0f);
-      for (int c = 0; c < HF_CHANNELS; ++c) {
-        along = fma((lane_float)(vx[c]), LOAD(p + c * gradient_plane), along);
-        along = fma((lane_float)(vy[c]), LOAD(p + (3 + c) * gradient_plane), along);
-      }
+      lane_float along = vx0 * LOAD(p);
+      along = fma((lane_float)(vx1), LOAD(p + gradient_plane), along);
+      along = fma((lane_float)(vx2), LOAD(p + 2 * gradient_plane), along);
+      along = fma((lane_float)(vy0), LOAD(p + 3 * gradient_plane), along);
+      along = fma((lane_float)(vy1), LOAD(p + 4 * gradient_plane), along);
+      along = fma((lane_float)(vy2), LOAD(p + 5 * gradient_plane), along);
       const lane_float scale = 0.5f * (mv2 + LOAD(p + 6 * gradient_plane)) + 1e-5f;
       agreement += CHOOSE((lane_float)(0.0f), mv * along / scale, inside);
     }
