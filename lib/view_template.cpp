@@ -39,7 +39,6 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   host_rgba_.resize(largest * 4);
   host_depth_.resize(largest);
-  sharp_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
   unpack_ = device.kernel("unpack_view");
   motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
@@ -112,7 +111,7 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   unpack_.setArg(3, to_kernel(rect));
   unpack_.setArg(4, level.layout);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
-  unpack_.setArg(5, moving ? sharp_ : pixels_[f]);
+  unpack_.setArg(5, moving ? blurred_ : pixels_[f]);
   unpack_.setArg(6, planes_[f].depth);
   device_.enqueue_rows(unpack_, rect.width, rect.height);
   if (moving) enqueue_motion_blur(f, rect, exposure);
@@ -166,7 +165,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.cx = static_cast<float>(camera.cx);
   e.cy = static_cast<float>(camera.cy);
   e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (1 << level))));
-  motion_blur_.setArg(0, sharp_);
+  motion_blur_.setArg(0, blurred_);
   motion_blur_.setArg(1, planes_[level].depth);
   motion_blur_.setArg(2, levels_[level].layout);
   motion_blur_.setArg(3, to_kernel(rect));

@@ -61,9 +61,8 @@ class ViewTemplate {
   Eigen::AlignedBox3d box_;
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
-  cl::Buffer blurred_;  ///< of the level last enqueued
+  cl::Buffer blurred_;  ///< of the level last enqueued; before that the pixels before motion blur
   cl::Buffer rgba_, window_depth_;
-  cl::Buffer sharp_;  ///< pixels before motion blur
   std::vector<std::uint8_t> host_rgba_;
   std::vector<float> host_depth_;
   cl::Event copied_;  ///< of the host memory
