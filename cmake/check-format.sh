@@ -1,5 +1,5 @@
 #!/bin/sh
-# check-format.sh [--fix]: compares all C++ files with .clang-format, or rewrites them.
+# check-format.sh [--fix]: compares all C++ and OpenCL C files with .clang-format, or rewrites them.
 set -eu
 cd "$(dirname "$0")/.."
 # Debian 12's version: others break some lines differently.
@@ -10,5 +10,5 @@ if [ "${1:-}" = --fix ]; then
   mode=-i
 fi
 # shellcheck disable=SC2086
-find include lib apps tests -name '*.[ch]pp' -print0 | xargs -0 "$formatter" --style=file $mode ||
+find include lib apps tests kernels \( -name '*.[ch]pp' -o -name '*.cl' -o -name shared.h \) -print0 | xargs -0 "$formatter" --style=file $mode ||
   { echo "Format differs from .clang-format: make format" >&2; exit 1; }

@@ -89,9 +89,9 @@ typedef int4 pixel_mask;
 #define NO_PIXEL(mask) (!any(mask))
 #define LOAD_PIXEL_BYTES(p) LOAD_BYTES(p)
 #define CONVERT_PIXELS(v) convert_float16(v)
-#define INTERLEAVED(a, b, c, d)                                                                                \
-  ((float16)((a).s0, (b).s0, (c).s0, (d).s0, (a).s1, (b).s1, (c).s1, (d).s1, (a).s2, (b).s2, (c).s2, (d).s2, \
-             (a).s3, (b).s3, (c).s3, (d).s3))
+#define INTERLEAVED(a, b, c, d)                                                                                      \
+  ((float16)((a).s0, (b).s0, (c).s0, (d).s0, (a).s1, (b).s1, (c).s1, (d).s1, (a).s2, (b).s2, (c).s2, (d).s2, (a).s3, \
+             (b).s3, (c).s3, (d).s3))
 #else
 typedef float pixel_lane;
 typedef int pixel_mask;
@@ -117,17 +117,16 @@ int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.
 /* First row of a tile on the grid of rows that are looked at, which starts at the image's first row. */
 int first_row(int tile_y, int every) { return (every - tile_y * HF_TILE % every) % every; }
 
-/* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). `first` and
-   `last` bound the cells that hold values. */
+/* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). `first`
+   and `last` bound the cells that hold values. */
 INLINE void photometric_row(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x, int y,
-                     lane_float* gain, lane_float* bias) {
+                            lane_float* gain, lane_float* bias) {
   const float row_position = (y - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
   const int upper = (int)floor(row_position);
   const float t = row_position - upper;
   __global const float* row0 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper, first.y, last.y);
   __global const float* row1 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper + 1, first.y, last.y);
-  const lane_float column_position =
-      ((lane_float)(TILE_COLUMN) + LANE_INDEX - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
+  const lane_float column_position = ((lane_float)(TILE_COLUMN) + LANE_INDEX - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
   for (int c = 0; c < HF_CHANNELS; ++c) gain[c] = bias[c] = (lane_float)(0.0f);
   for (int k = -1; k <= HF_TILE / HF_CELL; ++k) {
     const lane_float weight = fmax((lane_float)(0.0f), 1.0f - fabs(column_position - (float)k));

@@ -1,4 +1,5 @@
-/* Frames as cameras deliver them -> level 0 of the image: four floats a pixel (three channels in [0, 1], coverage 1). */
+/* Frames as cameras deliver them -> level 0 of the image: four floats a pixel (three channels in [0, 1], coverage 1).
+ */
 
 float3 fetch_bgr8(__global const uchar* frame, hf_frame f, int x, int y) {
   __global const uchar* p = frame + f.offset + y * f.stride + 3 * x;
@@ -47,28 +48,28 @@ float2 distorted_position(hf_frame f, int x, int y) {
 }
 
 /* A kernel a format. `rect` of level 0 is written; pixels outside the frame become empty (all zero). */
-#define CONVERT_KERNEL(NAME, FETCH)                                                                             \
+#define CONVERT_KERNEL(NAME, FETCH)                                                                                  \
   __kernel void NAME(__global const uchar* frame, hf_frame f, hf_rect rect, hf_layout layout, __global float* out) { \
-    const int y = rect.y + (int)get_global_id(1);                                                               \
-    for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {                                                 \
-      const int x = rect.x + i;                                                                                 \
-      float4 pixel = (float4)(0.0f);                                                                            \
-      if (f.distorted) {                                                                                        \
-        const float2 p = distorted_position(f, x, y);                                                           \
-        if (p.x >= 0.0f && p.y >= 0.0f && p.x <= f.width - 1.0f && p.y <= f.height - 1.0f && x < f.width &&     \
-            y < f.height) {                                                                                     \
-          const int x0 = min((int)p.x, max(f.width - 2, 0)), y0 = min((int)p.y, max(f.height - 2, 0));          \
-          const int x1 = min(x0 + 1, f.width - 1), y1 = min(y0 + 1, f.height - 1);                              \
-          const float u = p.x - x0, v = p.y - y0;                                                               \
-          const float3 top = FETCH(frame, f, x0, y0) * (1.0f - u) + FETCH(frame, f, x1, y0) * u;                \
-          const float3 bottom = FETCH(frame, f, x0, y1) * (1.0f - u) + FETCH(frame, f, x1, y1) * u;             \
-          pixel = (float4)((top * (1.0f - v) + bottom * v) * (1.0f / 255.0f), 1.0f);                            \
-        }                                                                                                       \
-      } else if (x < f.width && y < f.height) {                                                                 \
-        pixel = (float4)(FETCH(frame, f, x, y) * (1.0f / 255.0f), 1.0f);                                        \
-      }                                                                                                         \
-      vstore4(pixel, 0, out + HF_PIXEL * element(layout, x, y));                                                \
-    }                                                                                                           \
+    const int y = rect.y + (int)get_global_id(1);                                                                    \
+    for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {                                                      \
+      const int x = rect.x + i;                                                                                      \
+      float4 pixel = (float4)(0.0f);                                                                                 \
+      if (f.distorted) {                                                                                             \
+        const float2 p = distorted_position(f, x, y);                                                                \
+        if (p.x >= 0.0f && p.y >= 0.0f && p.x <= f.width - 1.0f && p.y <= f.height - 1.0f && x < f.width &&          \
+            y < f.height) {                                                                                          \
+          const int x0 = min((int)p.x, max(f.width - 2, 0)), y0 = min((int)p.y, max(f.height - 2, 0));               \
+          const int x1 = min(x0 + 1, f.width - 1), y1 = min(y0 + 1, f.height - 1);                                   \
+          const float u = p.x - x0, v = p.y - y0;                                                                    \
+          const float3 top = FETCH(frame, f, x0, y0) * (1.0f - u) + FETCH(frame, f, x1, y0) * u;                     \
+          const float3 bottom = FETCH(frame, f, x0, y1) * (1.0f - u) + FETCH(frame, f, x1, y1) * u;                  \
+          pixel = (float4)((top * (1.0f - v) + bottom * v) * (1.0f / 255.0f), 1.0f);                                 \
+        }                                                                                                            \
+      } else if (x < f.width && y < f.height) {                                                                      \
+        pixel = (float4)(FETCH(frame, f, x, y) * (1.0f / 255.0f), 1.0f);                                             \
+      }                                                                                                              \
+      vstore4(pixel, 0, out + HF_PIXEL * element(layout, x, y));                                                     \
+    }                                                                                                                \
   }
 
 CONVERT_KERNEL(convert_bgr8, fetch_bgr8)

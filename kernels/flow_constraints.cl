@@ -11,8 +11,7 @@ INLINE void add_row(__global const uchar* row, vote_columns* columns, uchar weig
   for (int half_row = 0; half_row < 2; ++half_row) {
     const uchar16 c = LOAD_BYTES(row + 16 * half_row);
     columns->counted[half_row] += weight * (c >> (uchar)4);
-    columns->passed[half_row] +=
-        weight * (as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & (c >> (uchar)4));
+    columns->passed[half_row] += weight * (as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & (c >> (uchar)4));
   }
 }
 
@@ -29,8 +28,8 @@ INLINE int16 neighbourhood_sum(const uchar16* columns, int radius) {
 __kernel void flow_constraints(__global const float* value, __global const float* dx, __global const float* dy,
                                int plane, __global const float* depth, hf_layout layout, hf_rect tiles,
                                __global const float* samples, __global const uchar* classes, hf_constraints k,
-                               __global const float* pairs, int cell_stride,
-                               __global uchar* final_classes, __global float* sums) {
+                               __global const float* pairs, int cell_stride, __global uchar* final_classes,
+                               __global float* sums) {
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
   __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
@@ -105,7 +104,8 @@ __kernel void flow_constraints(__global const float* value, __global const float
     total[HF_SUM_PASSED] += CHOOSE(zero, one, used);
     if (k.block_vote && ANY(used)) {
 #if HF_STRIPS
-      const lane_int counted = neighbourhood_sum(columns.counted, k.vote_radius), passed = neighbourhood_sum(columns.passed, k.vote_radius);
+      const lane_int counted = neighbourhood_sum(columns.counted, k.vote_radius),
+                     passed = neighbourhood_sum(columns.passed, k.vote_radius);
 #else
       int counted = 0, passed = 0;
       for (int j = -(k.vote_radius / k.every * k.every); j <= k.vote_radius; j += k.every) {
@@ -199,7 +199,8 @@ __kernel void flow_constraints(__global const float* value, __global const float
     cell[HF_CELL_DEPTH] = fma(mask, z, cell[HF_CELL_DEPTH]);
     const lane_float inverse_z = 1.0f / CHOOSE(one, z, z > 0.0f);
     const float ray_y = (y - k.cy) / k.fy;
-    const lane_float ax = fma(ray_x, z, (lane_float)(-k.center[0])), ay = fma((lane_float)(ray_y), z, (lane_float)(-k.center[1]));
+    const lane_float ax = fma(ray_x, z, (lane_float)(-k.center[0])),
+                     ay = fma((lane_float)(ray_y), z, (lane_float)(-k.center[1]));
     const lane_float az = z - k.center[2];
     const lane_float u0 = k.fx * inverse_z, u2 = -u0 * ray_x;
     const lane_float v1 = k.fy * inverse_z, v2 = -v1 * ray_y;

@@ -33,7 +33,7 @@ INLINE pixel_lane inverse_coverage(pixel_lane coverage) {
 INLINE float16 normalized_pixels(float16 p) {
   const float4 s = inverse_coverage(CHANNEL_3(p));
   const float one = 1.0f;
-  return p * (float16)(s.xxx, one, s.yyy, one, s.zzz, one, s.www, one);
+  return p * (float16)(s.s000, one, s.s111, one, s.s222, one, s.s333, one);
 }
 #else
 float4 normalized_pixel(float4 p) { return (float4)(p.xyz * inverse_coverage(p.w), p.w); }
@@ -47,11 +47,13 @@ float4 normalized_pixel(float4 p) { return (float4)(p.xyz * inverse_coverage(p.w
 #define BLOCK_ROWS HF_BLUR_ROWS
 #define LINE (HF_PIXEL * BLOCK_COLUMNS)
 /* The common reach written out: PoCL 3.1 does not unroll. */
-#define FOR_EACH_TAP                                 \
-  if (radius == 3) {                                 \
-    ADD_TAP(1) ADD_TAP(2) ADD_TAP(3)                 \
-  } else {                                           \
-    for (int k = 1; k <= radius; ++k) { ADD_TAP(k) } \
+#define FOR_EACH_TAP                    \
+  if (radius == 3) {                    \
+    ADD_TAP(1) ADD_TAP(2) ADD_TAP(3)    \
+  } else {                              \
+    for (int k = 1; k <= radius; ++k) { \
+      ADD_TAP(k)                        \
+    }                                   \
   }
 
 INLINE void blur_block(__global const float* in, hf_layout layout, int x0, int y0, int columns, int rows,

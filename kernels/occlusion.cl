@@ -34,12 +34,13 @@ INLINE pixel_sample sample_pixel(__global const float* p, int step, float u, flo
 #if HF_STRIPS
 /* Sixteen vectors of four -> four of sixteen. */
 #define COLUMN(a, b, c, d, s) (float16)((a).s, (b).s, (c).s, (d).s)
-#define TRANSPOSE(in, out0, out1, out2)                                                                            \
-  {                                                                                                                \
-    const float16 a = LOAD_PRIVATE((in) + 0), b = LOAD_PRIVATE((in) + 16), c = LOAD_PRIVATE((in) + 32), d = LOAD_PRIVATE((in) + 48);                  \
-    out0 = COLUMN(a, b, c, d, s048c);                                                                              \
-    out1 = COLUMN(a, b, c, d, s159d);                                                                              \
-    out2 = COLUMN(a, b, c, d, s26ae);                                                                              \
+#define TRANSPOSE(in, out0, out1, out2)                                                                 \
+  {                                                                                                     \
+    const float16 a = LOAD_PRIVATE((in) + 0), b = LOAD_PRIVATE((in) + 16), c = LOAD_PRIVATE((in) + 32), \
+                  d = LOAD_PRIVATE((in) + 48);                                                          \
+    out0 = COLUMN(a, b, c, d, s048c);                                                                   \
+    out1 = COLUMN(a, b, c, d, s159d);                                                                   \
+    out2 = COLUMN(a, b, c, d, s26ae);                                                                   \
   }
 
 INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
@@ -63,7 +64,8 @@ INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_flo
   TRANSPOSE(value, samples->value[0], samples->value[1], samples->value[2])
   TRANSPOSE(dx, samples->dx[0], samples->dx[1], samples->dx[2])
   TRANSPOSE(dy, samples->dy[0], samples->dy[1], samples->dy[2])
-  samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32), LOAD_PRIVATE(value + 48), s37bf);
+  samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32),
+                             LOAD_PRIVATE(value + 48), s37bf);
 }
 #else
 void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
@@ -108,17 +110,20 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
     }
     const lane_float z = LOAD(depth + e);
     const lane_float px = (column - warp.cx) * one_over_fx * z, py = (lane_float)((y - warp.cy) * one_over_fy) * z;
-    const lane_float qx = fma((lane_float)(warp.d[0]), px, fma((lane_float)(warp.d[1]), py,
-                              fma((lane_float)(warp.d[2]), z, (lane_float)(warp.d[3]))));
-    const lane_float qy = fma((lane_float)(warp.d[4]), px, fma((lane_float)(warp.d[5]), py,
-                              fma((lane_float)(warp.d[6]), z, (lane_float)(warp.d[7]))));
-    const lane_float qz = fma((lane_float)(warp.d[8]), px, fma((lane_float)(warp.d[9]), py,
-                              fma((lane_float)(warp.d[10]), z, (lane_float)(warp.d[11]))));
+    const lane_float qx =
+        fma((lane_float)(warp.d[0]), px,
+            fma((lane_float)(warp.d[1]), py, fma((lane_float)(warp.d[2]), z, (lane_float)(warp.d[3]))));
+    const lane_float qy =
+        fma((lane_float)(warp.d[4]), px,
+            fma((lane_float)(warp.d[5]), py, fma((lane_float)(warp.d[6]), z, (lane_float)(warp.d[7]))));
+    const lane_float qz =
+        fma((lane_float)(warp.d[8]), px,
+            fma((lane_float)(warp.d[9]), py, fma((lane_float)(warp.d[10]), z, (lane_float)(warp.d[11]))));
     const lane_float safe_z = CHOOSE((lane_float)(1.0f), qz, qz > 1e-6f);
     const lane_float u = fma(warp.fx * qx, 1.0f / safe_z, (lane_float)(warp.cx));
     const lane_float v = fma(warp.fy * qy, 1.0f / safe_z, (lane_float)(warp.cy));
-    lane_int wanted = (state == HF_USED) & (qz > 1e-6f) & (u >= warp.min_x) & (v >= warp.min_y) &
-                            (u < warp.max_x) & (v < warp.max_y);
+    lane_int wanted =
+        (state == HF_USED) & (qz > 1e-6f) & (u >= warp.min_x) & (v >= warp.min_y) & (u < warp.max_x) & (v < warp.max_y);
     if (!ANY(wanted)) {
       STORE_BYTES(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
       continue;
@@ -147,8 +152,8 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       const lane_float along = fma(vx, ix, vy * iy);
       angle_apart |= strong & ((along <= 0.0f) | (along * along < tests.angle_cosine2 * mv2 * mi2));
       const lane_float larger = sqrt(fmax(mv2, mi2));
-      const lane_float limit = fma((lane_float)(tests.difference_relative), larger,
-                                   (lane_float)(tests.difference_maximum));
+      const lane_float limit =
+          fma((lane_float)(tests.difference_relative), larger, (lane_float)(tests.difference_maximum));
       if (tests.compare_magnitudes) {
         apart |= larger - sqrt(fmin(mv2, mi2)) >= limit;
       } else {

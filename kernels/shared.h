@@ -1,19 +1,20 @@
-/* Constants and parameter structs that host (C++) and device (OpenCL C) share. Only 4-byte fields: the layouts agree. */
+/* Constants and parameter structs that host (C++) and device (OpenCL C) share. Only 4-byte fields: the layouts agree.
+ */
 #ifndef HOLDFAST_SHARED_H
 #define HOLDFAST_SHARED_H
 
-#define HF_TILE 16      /* pixels a side of a tile: the unit of work and of partial sums */
-#define HF_CELL 8       /* pixels a side of a cell: the unit of local photometry; 2x2 a tile */
-#define HF_PAD 16       /* never-written (zero) pixels around every level image */
-#define HF_CHANNELS 3   /* colour channels; a grey frame uses the first only */
-#define HF_PIXEL 4      /* floats of a filtered pixel: three channels and coverage */
-#define HF_SAMPLES 9    /* planes of warped samples: value, d/dx, d/dy of three channels */
-#define HF_VOTE_RADIUS 4 /* of the largest neighbourhood: 9x9 */
-#define HF_MAX_RADIUS 8 /* largest blur radius, pixels */
+#define HF_TILE 16         /* pixels a side of a tile: the unit of work and of partial sums */
+#define HF_CELL 8          /* pixels a side of a cell: the unit of local photometry; 2x2 a tile */
+#define HF_PAD 16          /* never-written (zero) pixels around every level image */
+#define HF_CHANNELS 3      /* colour channels; a grey frame uses the first only */
+#define HF_PIXEL 4         /* floats of a filtered pixel: three channels and coverage */
+#define HF_SAMPLES 9       /* planes of warped samples: value, d/dx, d/dy of three channels */
+#define HF_VOTE_RADIUS 4   /* of the largest neighbourhood: 9x9 */
+#define HF_MAX_RADIUS 8    /* largest blur radius, pixels */
 #define HF_BLUR_COLUMNS 64 /* pixels of the block that an item of the 'strips' partition blurs */
 #define HF_BLUR_ROWS 32
 #define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */
-#define HF_GROUP 64     /* work-items of a tile's group in the 'groups' partition */
+#define HF_GROUP 64             /* work-items of a tile's group in the 'groups' partition */
 
 /* Pixel classes: as holdfast::PixelClass. */
 #define HF_NOT_VISIBLE 0
@@ -27,24 +28,24 @@
 #define HF_COUNTS_IN_VOTE 16
 
 /* Sums of one tile, in this order. */
-#define HF_SUM_A 0            /* 21: upper triangle of A, row by row */
-#define HF_SUM_H 21           /* 6 */
-#define HF_SUM_WRR 27         /* sum of w r^2 */
-#define HF_SUM_W 28           /* sum of w */
-#define HF_SUM_ROWS 29        /* rows that entered */
-#define HF_SUM_VISIBLE 30     /* pixel counts */
+#define HF_SUM_A 0        /* 21: upper triangle of A, row by row */
+#define HF_SUM_H 21       /* 6 */
+#define HF_SUM_WRR 27     /* sum of w r^2 */
+#define HF_SUM_W 28       /* sum of w */
+#define HF_SUM_ROWS 29    /* rows that entered */
+#define HF_SUM_VISIBLE 30 /* pixel counts */
 #define HF_SUM_USABLE 31
 #define HF_SUM_GRADIENT 32
 #define HF_SUM_PASSED 33
 #define HF_SUM_USED 34
-#define HF_SUM_MAIN 35        /* sums of the whole tile end here */
+#define HF_SUM_MAIN 35 /* sums of the whole tile end here */
 /* Sums of a cell: twelve a channel, then pixels and their depth. */
-#define HF_PHOTO 12           /* w, wV, wI, wVV, wII, wVI, wr, wVr, w dx, w dy, wV dx, wV dy */
+#define HF_PHOTO 12 /* w, wV, wI, wVV, wII, wVI, wr, wVr, w dx, w dy, wV dx, wV dy */
 #define HF_CELL_PIXELS 36
 #define HF_CELL_DEPTH 37
 #define HF_CELL_SUMS 38
-#define HF_SUM_PHOTO 35       /* cells 00, 01, 10, 11 (row, column) */
-#define HF_SUM_STRIDE 192     /* floats from a tile's sums to the next, whole vectors; 35 + 4 * 38 used */
+#define HF_SUM_PHOTO 35   /* cells 00, 01, 10, 11 (row, column) */
+#define HF_SUM_STRIDE 192 /* floats from a tile's sums to the next, whole vectors; 35 + 4 * 38 used */
 
 /* A cell's pairs: gain of three channels, bias of three channels. */
 #define HF_CELL_PAIRS 8
@@ -68,57 +69,57 @@ typedef struct {
 } hf_layout;
 
 typedef struct {
-  HF_INT width, height;        /* of the frame */
-  HF_INT offset, stride;       /* bytes */
-  HF_INT distorted;            /* 1: undistort */
+  HF_INT width, height;  /* of the frame */
+  HF_INT offset, stride; /* bytes */
+  HF_INT distorted;      /* 1: undistort */
   HF_FLOAT fx, fy, cx, cy;
   HF_FLOAT k1, k2, p1, p2, k3, k4, k5, k6;
 } hf_frame;
 
 /* Rendered pixels packed in a region buffer. */
 typedef struct {
-  HF_INT stride;               /* pixels */
-  HF_INT grey;                 /* 1: the frame has one channel, so must the view */
+  HF_INT stride; /* pixels */
+  HF_INT grey;   /* 1: the frame has one channel, so must the view */
   HF_FLOAT near_plane, far_plane;
 } hf_view;
 
 /* Where a rendered pixel is sampled in the frame: x' = project(D backproject(x, Z)), equation 5 of docs/math.md. */
 typedef struct {
-  HF_FLOAT d[12];              /* D, rows of 3x4 */
-  HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
-  HF_FLOAT turn[4];            /* 2x2, rows: turns frame gradients into the rendered view's axes */
+  HF_FLOAT d[12];                      /* D, rows of 3x4 */
+  HF_FLOAT fx, fy, cx, cy;             /* camera of this level */
+  HF_FLOAT turn[4];                    /* 2x2, rows: turns frame gradients into the rendered view's axes */
   HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
-  HF_INT every;                /* every how manieth row of pixels is looked at; 1: all */
+  HF_INT every;                        /* every how manieth row of pixels is looked at; 1: all */
 } hf_warp;
 
 /* What the object does while the shutter is open: a point P moves by v + w x P, half of it before the frame's pose. */
 typedef struct {
   HF_FLOAT v[3], w[3];
-  HF_FLOAT fx, fy, cx, cy;     /* camera of this level */
-  HF_INT taps;                 /* moments that are averaged */
+  HF_FLOAT fx, fy, cx, cy; /* camera of this level */
+  HF_INT taps;             /* moments that are averaged */
 } hf_exposure;
 
 typedef struct {
   HF_INT gradient_test, angle_test, magnitude_test, all_channels, compare_magnitudes;
-  HF_INT channels;             /* of the frame: 1 when it is grey */
-  HF_FLOAT gradient_minimum2;  /* squared */
-  HF_FLOAT angle_cosine2;      /* squared cosine of the largest angle */
+  HF_INT channels;            /* of the frame: 1 when it is grey */
+  HF_FLOAT gradient_minimum2; /* squared */
+  HF_FLOAT angle_cosine2;     /* squared cosine of the largest angle */
   HF_FLOAT difference_maximum;
   HF_FLOAT difference_relative; /* added: this share of the larger magnitude */
 } hf_tests;
 
 typedef struct {
-  HF_FLOAT center[3];          /* reference point of rotation, camera frame */
-  HF_FLOAT radius;             /* scale of translation, metres */
+  HF_FLOAT center[3]; /* reference point of rotation, camera frame */
+  HF_FLOAT radius;    /* scale of translation, metres */
   HF_FLOAT fx, fy, cx, cy;
-  HF_INT every;                /* rows, as in hf_warp */
+  HF_INT every; /* rows, as in hf_warp */
   HF_INT block_vote;
-  HF_INT vote_radius;          /* at most HF_VOTE_RADIUS */
+  HF_INT vote_radius; /* at most HF_VOTE_RADIUS */
   HF_FLOAT vote_share;
   HF_INT robust;
-  HF_FLOAT inverse_scale2;     /* 1 / sigma^2 of the residual */
-  HF_FLOAT freedom;            /* degrees of freedom of Student's t */
-  HF_INT mean_gradient;        /* 1: mean of both gradients, 0: rendered only */
+  HF_FLOAT inverse_scale2; /* 1 / sigma^2 of the residual */
+  HF_FLOAT freedom;        /* degrees of freedom of Student's t */
+  HF_INT mean_gradient;    /* 1: mean of both gradients, 0: rendered only */
   HF_INT redundancy;
   HF_FLOAT redundancy_cosine2;
 } hf_constraints;

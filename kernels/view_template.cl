@@ -12,8 +12,7 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
     const pixel_mask drawn = d < 1.0f;
     STORE_LANE(CHOOSE((pixel_lane)(0.0f), z, drawn), depth + e);
     const pixel_vector bytes = CONVERT_PIXELS(LOAD_PIXEL_BYTES(rgba + 4 * source));
-    const pixel_lane known =
-        CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), drawn & (CHANNEL_3(bytes) > 0.0f));
+    const pixel_lane known = CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), drawn & (CHANNEL_3(bytes) > 0.0f));
     pixel_lane red = CHANNEL_0(bytes) * known * (1.0f / 255.0f), green = CHANNEL_1(bytes) * known * (1.0f / 255.0f);
     pixel_lane blue = CHANNEL_2(bytes) * known * (1.0f / 255.0f);
     if (view.grey) {
@@ -45,9 +44,8 @@ pixel_mask depth_jump(pixel_lane z, pixel_lane other, float relative) {
    jump or hole within `reach` pixels in the row and the column; `usable` is 0 outside the object (and outside the
    frame of width x height), HF_UNUSABLE or HF_USED. The planes are written where the object is. */
 __kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
-                              int width, int height, float least_coverage, float jump, int reach,
-                              __global float* value, __global float* dx, __global float* dy, int plane,
-                              __global uchar* usable) {
+                              int width, int height, float least_coverage, float jump, int reach, __global float* value,
+                              __global float* dx, __global float* dy, int plane, __global uchar* usable) {
   const int y = rect.y + (int)get_global_id(1);
   for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int e = element(layout, rect.x + i, y);
