@@ -25,10 +25,9 @@ __kernel void motion_blur(__global const float* in, __global const float* depth,
         const float left = floor(sx), top = floor(sy);
         const float u = sx - left, v = sy - top;
         __global const float* p = in + HF_PIXEL * element(layout, (int)left, (int)top);
-        __global const float* q = p + HF_PIXEL * layout.stride;
-        const float4 upper = mix(vload4(0, p), vload4(0, p + HF_PIXEL), u);
-        const float4 lower = mix(vload4(0, q), vload4(0, q + HF_PIXEL), u);
-        sum += mix(upper, lower, v);
+        const float8 upper = LOAD8(p), lower = LOAD8(p + HF_PIXEL * layout.stride);
+        const float8 both = fma((float8)(v), lower - upper, upper);
+        sum += fma((float4)(u), both.hi - both.lo, both.lo);
       }
       sum = sum / (float)exposure.taps;
     }

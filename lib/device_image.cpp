@@ -125,8 +125,13 @@ void DeviceImage::enqueue_convert(const cl::Buffer& buffer, PixelFormat format, 
   convert.setArg(3, levels_[0].layout);
   convert.setArg(4, levels_buffers_[0].pixels);
   device_.enqueue_rows(convert, region.width, region.height);
-  for (std::size_t l = 1; l < levels_.size(); ++l) {
-    filter_.enqueue_halve(levels_buffers_[l - 1].pixels, levels_[l - 1], coarser(region, static_cast<int>(l)),
+  coarsest_made_ = 0;
+}
+
+void DeviceImage::enqueue_halves(std::size_t level) {
+  for (; coarsest_made_ < level; ++coarsest_made_) {
+    const std::size_t l = coarsest_made_ + 1;
+    filter_.enqueue_halve(levels_buffers_[l - 1].pixels, levels_[l - 1], coarser(region_, static_cast<int>(l)),
                           levels_[l], levels_buffers_[l].pixels);
   }
 }
@@ -145,6 +150,7 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
+  enqueue_halves(l);
   filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred);
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the

@@ -18,12 +18,12 @@ class DeviceImage {
   /// Region of level 0 that contains `wanted` and that every level can be made of.
   Rect region(const Rect& wanted) const;
 
-  /// Copies the rows that `region` needs (all rows when the lens distorts) and fills every level from `first` on down
-  /// to the coarsest. The frame's memory must stay valid until the queue has been waited for.
+  /// Copies the rows that `region` needs (all rows when the lens distorts) and converts them. The frame's memory must
+  /// stay valid until the queue has been waited for.
   void enqueue_upload(const ImageView& frame, const Rect& region);
   void enqueue_upload(const DeviceImageView& frame, const Rect& region);
 
-  /// Blurs a level inside `rect_of_level` (of the uploaded region).
+  /// Blurs a level inside `rect_of_level` (of the uploaded region); halves down to it where that was not yet done.
   void enqueue_blur(int level, const Rect& rect_of_level);
 
   /// Interleaved: three channels, coverage.
@@ -41,6 +41,7 @@ class DeviceImage {
 
   void enqueue_convert(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
                        const Rect& region);
+  void enqueue_halves(std::size_t level);
 
   const Device::Impl& device_;
   Camera camera_;
@@ -50,6 +51,7 @@ class DeviceImage {
   cl::Buffer staging_;
   std::array<cl::Kernel, 6> convert_;
   Rect region_;
+  std::size_t coarsest_made_ = 0;  ///< of the uploaded region
   bool grey_ = false;
 };
 

@@ -149,6 +149,29 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
 }
 
 template <typename Frame>
+bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
+  const int finest = options_.finest_level;
+  const double most = kMostCorrection * (1 << finest);
+  if (motion_.lost() || !motion_.moving() || prediction_error_ > most) return false;
+  const Rect object = view_.bounds(T_predicted);
+  if (object.empty()) return false;
+  {
+    const Stopwatch watch(times_.upload);
+    const int margin = ((filter_.radius() + 4) << finest) + static_cast<int>(2 * most);
+    image_.enqueue_upload(frame, image_.region(grown(object, margin)));
+  }
+  const Estimate estimate = fine_stage(T_predicted, finest, -1);
+  if (!is_good(estimate, options_, false) || estimate.score < kUsualScore * usual_fine_score_ ||
+      corner_motion(T_predicted, estimate.T_camera_object) > most) {
+    return false;
+  }
+  best = estimate;
+  if (options_.motion_blur) measure_exposure(best);
+  usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
+  return true;
+}
+
+template <typename Frame>
 FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search) {
   times_ = {};
   solved_systems_ = 0;
@@ -170,7 +193,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
     if (recovering) wanted = {0, 0, camera_.width, camera_.height};
     const Rect region = image_.region(grown(wanted, margin));
-    if (!wanted.empty()) {
+    const bool direct = search && follow_directly(frame, hypotheses.poses[0], best);
+    if (!direct && !wanted.empty()) {
       {
         const Stopwatch watch(times_.upload);
         image_.enqueue_upload(frame, region);
@@ -321,6 +345,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
     surviving_share_ = std::min(
         1.0, static_cast<double>(result.usable_pixels) * looked_at_every_ / std::max(1, result.visible_pixels));
+    prediction_error_ = motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : kUnknown;
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
@@ -381,6 +406,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->usual_gain_ = 1;
   impl_->surviving_share_ = 1;
   impl_->gradient_pixels_ = 0;
+  impl_->prediction_error_ = Impl::kUnknown;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

@@ -24,6 +24,7 @@ struct Tracker::Impl {
   static constexpr int kWholePictureRadius = 80;
   /// Places that are looked at closely of those a search over the whole picture finds in one frame.
   static constexpr std::size_t kPlacesAFrame = 8;
+  static constexpr double kUnknown = 1e9;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
@@ -33,6 +34,9 @@ struct Tracker::Impl {
 
   template <typename Frame>
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
+  /// Goes straight to the finest level from where the object was expected; false when that may not be enough.
+  template <typename Frame>
+  bool follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
   Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
@@ -87,8 +91,9 @@ struct Tracker::Impl {
   MotionModel motion_;
   Keyframes keyframes_;
   std::vector<double> scale_;
-  int looked_at_every_ = 1;     ///< row of pixels, in the last sums
-  double gradient_pixels_ = 0;  ///< on the finest level, of the last frame that was held
+  int looked_at_every_ = 1;             ///< row of pixels, in the last sums
+  double gradient_pixels_ = 0;          ///< on the finest level, of the last frame that was held
+  double prediction_error_ = kUnknown;  ///< of the last frame that was held, pixels that it moves a corner by
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn

@@ -11,7 +11,7 @@ namespace holdfast {
 namespace {
 
 /// Steps below this many pixels of the level end a level's iterations; each step is about a quarter of the one before.
-constexpr double kConvergedPixels = 0.1, kConvergedPixelsCoarse = 0.4;
+constexpr double kConvergedPixels = 0.05, kConvergedPixelsCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level.
@@ -27,6 +27,8 @@ constexpr int kAppearancesAFrame = 8;
 constexpr double kChallengeTurn = 0.2;
 /// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
 constexpr double kTellingMotion = 6, kExposureStep = 0.2;
+/// What another exposure must score beside the present one to be believed.
+constexpr double kBetterExposure = 1.03;
 
 /// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
 double coverage_at_margin(int margin, double sigma) {
@@ -268,7 +270,7 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i]).score;
   const Estimate here = fit(estimate.T_camera_object, present);
   const std::size_t better = share[1] > share[0] ? 1 : 0;
-  if (share[better] > 1.01 * here.score) {
+  if (share[better] > kBetterExposure * here.score) {
     exposure_ = around[better];
     exposure_settled_ = 0;
   } else {

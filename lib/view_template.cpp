@@ -9,7 +9,9 @@ namespace {
 
 /// Less motion than this many pixels of the level drawn is left to the Gaussian.
 constexpr double kLeastMotionBlur = 1.0;
-/// Moments of an exposure: one a pixel of motion, at most this many.
+/// Moments of an exposure: one each two pixels of motion (the blur that follows lets no finer ripple through), at most
+/// this many.
+constexpr double kPixelsATap = 2.0;
 constexpr int kMostTaps = 24;
 
 }  // namespace
@@ -164,7 +166,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.fy = static_cast<float>(camera.fy);
   e.cx = static_cast<float>(camera.cx);
   e.cy = static_cast<float>(camera.cy);
-  e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (1 << level))));
+  e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
   motion_blur_.setArg(0, blurred_);
   motion_blur_.setArg(1, planes_[level].depth);
   motion_blur_.setArg(2, levels_[level].layout);
