@@ -1,7 +1,9 @@
 #include "covariance.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace holdfast {
 namespace {
@@ -52,6 +54,11 @@ Matrix6 pose_covariance(const Matrix6& A, const Matrix6& S, double prior_weight,
   const Matrix6 half = factors.solve(scores);
   const Matrix6 covariance = factors.solve(half.transpose());
   return 0.5 * (covariance + covariance.transpose());
+}
+
+double posterior_deviation(const Matrix6& A, double prior_weight, double prior_deviation) {
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(A, Eigen::EigenvaluesOnly);
+  return prior_deviation * std::sqrt(prior_weight / (prior_weight + std::max(0.0, solver.eigenvalues()(0))));
 }
 
 }  // namespace holdfast

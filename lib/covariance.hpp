@@ -18,4 +18,8 @@ Matrix6 score_covariance(const FlowConstraints& constraints, const Twist& condit
 /// on every conditioned unknown (above 0).
 Matrix6 pose_covariance(const Matrix6& A, const Matrix6& S, double prior_weight, double prior_deviation);
 
+/// Largest standard deviation, in any conditioned direction, that rows and prior leave together when `prior_weight` is
+/// the prior's information in units of A's.
+double posterior_deviation(const Matrix6& A, double prior_weight, double prior_deviation);
+
 }  // namespace holdfast

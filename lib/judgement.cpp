@@ -10,6 +10,9 @@ namespace {
 /// an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
+/// What it takes to be held on to with less than `lost_visible_share`: pixels that agree very well and say of every
+/// motion more than was expected anyway (object radii and radians, standard deviation; expected are 0.05).
+constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
 /// Share of the usual texture that may be hidden without a word.
@@ -21,12 +24,19 @@ constexpr double kPromisingShare = 0.15, kPromisingCorrelation = 0.9;
 /// Fewer gradient pixels than this are no texture.
 constexpr double kLeastGradientPixels = 20;
 
+/// The little that is seen of an object that was held a frame ago, when it is enough.
+bool is_sure_sliver(const Estimate& estimate) {
+  return estimate.sums.used >= kSliverPixels && estimate.correlation >= kSliverCorrelation &&
+         estimate.deviation <= kSliverDeviation;
+}
+
 }  // namespace
 
 bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {
   if (!estimate.solved) return false;
   const double share = estimate.used_share(), correlation = estimate.correlation;
-  if (share < options.lost_visible_share || correlation < options.lost_correlation) return false;
+  if (correlation < options.lost_correlation) return false;
+  if (share < options.lost_visible_share) return !lost_before && is_sure_sliver(estimate);
   return !lost_before || (share >= kFoundShare && correlation >= kFoundCorrelation) ||
          (share >= kFoundPartShare && correlation >= kFoundPartCorrelation);
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include "flow_constraints.hpp"
@@ -16,6 +17,8 @@ struct Estimate {
   bool solved = false;
   ConstraintSums sums;
   double correlation = 0;
+  /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
+  double deviation = std::numeric_limits<double>::infinity();
   Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 
   /// Of the gradient pixels, the share that decided the pose.

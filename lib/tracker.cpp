@@ -19,7 +19,7 @@ constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
 constexpr double kMostCorrection = 1.5;
 /// Pixels with a gradient that are enough for a pose; where there are more, every second to fourth row is looked at.
-constexpr double kEnoughPixels = 4000;
+constexpr double kEnoughPixels = 8000;
 constexpr int kMostThinning = 4;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;

@@ -116,10 +116,12 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
   if (level == options_.finest_level && estimate.solved) {
+    const double expected = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
+    const double weight = expectation_weight(estimate.sums);
+    estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
     const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
     const Matrix6 S = score_covariance(constraints_, last_step, condition, camera.fx, camera.fy);
-    estimate.covariance = pose_covariance(estimate.sums.A, S, expectation_weight(estimate.sums),
-                                          expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation);
+    estimate.covariance = pose_covariance(estimate.sums.A, S, weight, expected);
   }
   estimate.score = score_of(estimate);
   return estimate;

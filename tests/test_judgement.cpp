@@ -72,6 +72,28 @@ TEST_CASE("lost: the reason in words") {
   CHECK(judge(estimate, {}, lost).reason == "found nowhere in the picture");
 }
 
+TEST_CASE("a sliver of an object that was held is held on to when it is sure") {
+  Estimate sliver = fine();
+  sliver.sums.used = 250;  // 5 % of the gradient pixels: half of what lost_visible_share asks for
+  sliver.correlation = 0.99;
+  sliver.deviation = 0.01;
+  CHECK(judge(sliver, {}, usual()).status == Status::held);
+  CHECK(judge(sliver, {}, usual()).reason == "occluded 93 %");
+
+  Estimate open = sliver;
+  open.deviation = 0.049;  // hardly less than what is expected without any pixel
+  CHECK(judge(open, {}, usual()).status == Status::lost);
+  Estimate few = sliver;
+  few.sums.used = 30;
+  CHECK(judge(few, {}, usual()).status == Status::lost);
+  Estimate other = sliver;
+  other.correlation = 0.9;
+  CHECK(judge(other, {}, usual()).status == Status::lost);
+  Circumstances lost = usual();
+  lost.lost_before = true;
+  CHECK(judge(sliver, {}, lost).status == Status::lost);
+}
+
 TEST_CASE("to be found again takes more than to be held on to") {
   Estimate estimate = fine();
   estimate.sums.used = 1250;
