@@ -11,11 +11,19 @@ out vec4 pixel;
 
 void main() {
 #if defined(TEXTURED)
-  // Four samples a pixel, averaged as light (nearly the square of what is encoded), as a camera's pixel does it.
-  vec2 across = 0.5 * dFdx(fragment_coordinate), down = 0.5 * dFdy(fragment_coordinate);
-  vec2 first = fragment_coordinate - 0.5 * (across + down);
-  vec4 a = texture(surface, first, -1.0), b = texture(surface, first + across, -1.0);
-  vec4 c = texture(surface, first + down, -1.0), d = texture(surface, first + across + down, -1.0);
+  // Four samples a pixel, averaged as light (nearly the square of what is encoded), as a camera's pixel does it: two by
+  // two of half a pixel each; on a slanted surface four in a row, or it would be blurred across its slant.
+  vec2 across = dFdx(fragment_coordinate), down = dFdy(fragment_coordinate), texels = vec2(textureSize(surface, 0));
+  vec2 texels_across = across * texels, texels_down = down * texels;
+  float across2 = dot(texels_across, texels_across), down2 = dot(texels_down, texels_down);
+  vec2 longer = across2 > down2 ? across : down, shorter = across2 > down2 ? down : across;
+  bool slanted = max(across2, down2) > max(1.0, 4.0 * min(across2, down2));
+  vec2 step1 = 0.25 * longer, step2 = slanted ? 0.125 * longer : 0.25 * shorter;
+  float finer = slanted ? -2.0 : -1.0;
+  vec4 a = texture(surface, fragment_coordinate - step1 - step2, finer);
+  vec4 b = texture(surface, fragment_coordinate - step1 + step2, finer);
+  vec4 c = texture(surface, fragment_coordinate + step1 - step2, finer);
+  vec4 d = texture(surface, fragment_coordinate + step1 + step2, finer);
   vec4 color = vec4(sqrt(0.25 * (a.rgb * a.rgb + b.rgb * b.rgb + c.rgb * c.rgb + d.rgb * d.rgb)),
                     0.25 * (a.a + b.a + c.a + d.a));
 #elif defined(VERTEX_COLORED)

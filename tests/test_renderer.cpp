@@ -309,6 +309,40 @@ TEST_CASE("A finely textured quad, magnified, has the bilinear colours") {
   }
 }
 
+TEST_CASE("A slanted surface shows what falls on its pixels, not blurred across its slant") {
+  // 72 degrees about the image's horizontal: about one texel a pixel across, three down.
+  const Mesh mesh = quad(random_texture(200, 200, 4));
+  const Camera camera{240, 120, 600, 600, 119.5, 59.5, {}};
+  const Pose pose = pose_at({0, 0, 0.6}, {1.26, 0, 0});
+  Renderer renderer(mesh, camera.width, camera.height);
+  const View view = draw(renderer, pose, camera, whole(camera));
+  const RayCaster caster(mesh, pose);
+  double drawn = 0, seen = 0, drawn2 = 0, seen2 = 0, both = 0;
+  long count = 0;
+  for (int y = 40; y < 80; ++y) {
+    for (int x = 40; x < 200; ++x) {
+      double light = 0;  // of 64 rays through the pixel
+      for (int i = 0; i < 64; ++i) {
+        const auto hit = caster.cast(camera, {x + (i % 8 - 3.5) / 8, y + (i / 8 - 3.5) / 8});
+        if (!hit) FAIL("the quad does not fill the window");
+        light += std::pow(caster.color(*hit)[0], 2) / 64;
+      }
+      const double a = view.pixel(x, y)[0], b = std::sqrt(light);
+      ++count;
+      drawn += a;
+      seen += b;
+      drawn2 += a * a;
+      seen2 += b * b;
+      both += a * b;
+    }
+  }
+  const double n = static_cast<double>(count);
+  const double variance_drawn = drawn2 / n - drawn * drawn / (n * n), variance_seen = seen2 / n - seen * seen / (n * n);
+  const double correlation = (both / n - drawn * seen / (n * n)) / std::sqrt(variance_drawn * variance_seen);
+  CHECK(correlation > 0.9);
+  CHECK(std::abs(std::sqrt(variance_drawn / variance_seen) - 1) < 0.15);
+}
+
 TEST_CASE("Rows run from the top down and the texture's first row is v = 1") {
   Texture texture = plain_texture(2, {0, 0, 0, 255});
   texture.rgba[0] = 255;   // upper left red
