@@ -6,6 +6,9 @@
 #                 tables and plots of docs/performance.md)
 # make experiments  installs what is missing, then the paper's experiments again: docs/experiments.md and its pictures;
 #                 SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
+# make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
+#                 covariance, each part switched off: docs/robustness.md; SEQUENCES=folder for recorded sequences too,
+#                 PARTS=starts,small for some of it
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
@@ -19,7 +22,7 @@ CTEST_FLAGS ?=
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments test bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness test bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -38,6 +41,13 @@ experiments:
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/run.py --program $(release)/apps/holdfast --work out/experiments \
 	  --document docs/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
+	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
+
+robustness:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/robustness/run.py --program $(release)/apps/holdfast --work out/robustness \
+	  --document docs/robustness.md --threads $(JOBS) $(if $(PARTS),--only $(PARTS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 # Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.

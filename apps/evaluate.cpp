@@ -34,6 +34,7 @@ using namespace evaluation;
 
 constexpr const char* kNeverReset = "never-reset";
 constexpr const char* kRbot = "rbot";
+constexpr const char* kStarts = "starts";
 
 struct EvaluateArguments {
   std::vector<std::string> folders;
@@ -45,6 +46,8 @@ struct EvaluateArguments {
   std::vector<int> steps = {1};
   double minimum_visible = 0;
   bool show_start_frame = false;
+  StartOptions starts;
+  std::vector<double> start_error = {10, 5};  // mm, degrees
 
   fs::path poses;
   fs::path truth;
@@ -66,6 +69,7 @@ struct EvaluateArguments {
 
   void add_to(CLI::App& app);
   bool rbot() const { return protocol == kRbot; }
+  bool wrong_starts() const { return protocol == kStarts; }
   bool needs_model_distances() const { return details || !json.empty() || !plots.empty(); }
 };
 
@@ -82,9 +86,11 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("--bop-object", bop_object, "obj_id to follow where a BOP scene holds several")->type_name("ID");
 
   const std::string tracking = "Running the tracker";
-  app.add_option("--protocol", protocol,
-                 "never-reset: left alone from the first true pose on; rbot: back to the truth after 5 cm or 5 degrees")
-      ->check(CLI::IsMember({kNeverReset, kRbot}))
+  app.add_option(
+         "--protocol", protocol,
+         "never-reset: left alone from the first true pose on; rbot: back to the truth after 5 cm or 5 degrees; "
+         "starts: from wrong first poses all over the sequence, judged some frames later")
+      ->check(CLI::IsMember({kNeverReset, kRbot, kStarts}))
       ->capture_default_str()
       ->group(tracking);
   app.add_option("--step", steps, "Only every n-th frame, from each of the n first ones; several: --step 1,2,3,4")
@@ -100,6 +106,25 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->group(tracking);
   app.add_flag("--show-start-frame", show_start_frame,
                "rbot: show the tracker the frame it is put to the truth of (not counted)")
+      ->group(tracking);
+
+  app.add_option("--starts", starts.count, "starts: how many")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_option("--start-error", start_error, "starts: up to this far off, millimetres and degrees")
+      ->expected(2)
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("MM,DEG")
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_option("--start-frames", starts.frames, "starts: frames tracked from each; the last is judged")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str()
+      ->group(tracking);
+  app.add_option("--start-seed", starts.seed, "starts: another number, other errors")
+      ->capture_default_str()
       ->group(tracking);
 
   const std::string comparing = "Comparing poses instead";
@@ -216,6 +241,17 @@ std::optional<ModelPoints> points_if_needed(const EvaluateArguments& arguments, 
   return arguments.needs_model_distances() ? std::optional<ModelPoints>(std::in_place, mesh) : std::nullopt;
 }
 
+Evaluation track_from_starts(const Sequence& sequence, const TrackerUnderTest& tracker, const ProtocolOptions& options,
+                             const EvaluateArguments& arguments) {
+  StartOptions starts = arguments.starts;
+  starts.translation = 1e-3 * arguments.start_error[0];
+  starts.rotation = to_radians(arguments.start_error[1]);
+  Evaluation out;
+  out.sequence = sequence.name;
+  out.records = run_starts(sequence.truth, sequence.visible, tracker, starts, options);
+  return out;
+}
+
 Evaluation track_at_step(const Sequence& sequence, const TrackerUnderTest& tracker, ProtocolOptions options) {
   Evaluation out;
   out.sequence = sequence.name;
@@ -254,6 +290,9 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
       throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
     }
   }
+  if (arguments.wrong_starts() && arguments.steps != std::vector<int>{1}) {
+    throw Error(ErrorCode::invalid_argument, "--step: --protocol starts shows every frame");
+  }
   prepare_outputs(arguments);
 
   const Device device = arguments.device.open();
@@ -281,7 +320,8 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
     }
     for (const int step : arguments.steps) {
       protocol.step = step;
-      evaluations.push_back(track_at_step(sequence, tested, protocol));
+      evaluations.push_back(arguments.wrong_starts() ? track_from_starts(sequence, tested, protocol, arguments)
+                                                     : track_at_step(sequence, tested, protocol));
       evaluations.back().model = model.string();
       finish(evaluations.back(), protocol.failure, points);
       if (!arguments.quiet) {

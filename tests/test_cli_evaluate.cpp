@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -72,6 +73,25 @@ std::vector<std::string> estimates(const std::string& table) {
   return out;
 }
 
+/// The lines of a table, all but the column of this name.
+std::vector<std::string> without_column(const std::string& table, const std::string& name) {
+  std::ifstream in(simulated() / table);
+  std::vector<std::string> out;
+  std::string line;
+  std::ptrdiff_t left_out = -1;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string cell, kept;
+    for (std::ptrdiff_t column = 0; std::getline(cells, cell, ','); ++column) {
+      if (out.empty() && cell == name) left_out = column;
+      if (column != left_out) kept += cell + ',';
+    }
+    out.push_back(kept);
+  }
+  CHECK(left_out >= 0);
+  return out;
+}
+
 void check_fails(const Arguments& arguments, int exit_code, const std::vector<std::string>& words) {
   const ProgramRun run = simulated().run(arguments);
   CAPTURE(run.err);
@@ -124,6 +144,34 @@ TEST_CASE("Pixels used on the occluder are counted, and looking at them or drawi
   CHECK(summary_of("plain.json")["occluder_pixels_used"].is_null());
   CHECK(estimates("plain.csv") == estimates("on.csv"));
   CHECK(estimates("plain.csv").size() == 13);
+}
+
+TEST_CASE("Two runs track to the same poses and figures, to the last digit") {
+  const std::string truth = read_file(simulated() / "sequence/poses_gt.txt");
+  std::ofstream(simulated() / "first.txt") << truth.substr(0, truth.find('\n') + 1);
+  const auto tracked = [&](const std::string& table) {
+    const ProgramRun run =
+        simulated().run({"track", "sequence/frames", "--model", "sequence/model/model.obj", "--camera",
+                         "sequence/K.txt", "--init", "first.txt", "--poses", table, "--quiet"});
+    CAPTURE(run.err);
+    REQUIRE(run.exit_code == app::kOk);
+    return without_column(table, "ms");
+  };
+  const std::vector<std::string> once = tracked("once.csv");
+  CHECK(once.size() == 13);
+  CHECK(once == tracked("again.csv"));
+
+  const auto judged = [&](const std::string& table) {
+    const ProgramRun run =
+        simulated().run({"evaluate", "sequence", "--model", "sequence/model/model.obj", "--protocol", "starts",
+                         "--starts", "3", "--start-frames", "2", "--csv", table, "--quiet"});
+    CAPTURE(run.err);
+    REQUIRE(run.exit_code == app::kOk);
+    return estimates(table);
+  };
+  const std::vector<std::string> starts = judged("starts.csv");
+  CHECK(starts.size() == 4);
+  CHECK(starts == judged("starts-again.csv"));
 }
 
 TEST_CASE("Bad sequences and models: one line each, before any frame is tracked") {

@@ -249,6 +249,45 @@ TEST_CASE("rbot: the frame of a reset is shown on request, and not counted") {
   CHECK(numbers_of(records) == Frames{1, 2, 3});
 }
 
+TEST_CASE("wrong starts: spread over the sequence, within the error asked for, judged on the last frame") {
+  const std::vector<Pose> truth = straight_path(20);
+  const StartOptions options{.count = 8, .translation = 0.004, .rotation = to_radians(3), .frames = 4, .seed = 7};
+  const auto starts_of = [&](std::uint64_t seed, std::vector<FrameRecord>* records = nullptr) {
+    ScriptedTracker scripted{.truth = truth, .wrong_frames = {7}};
+    std::vector<Pose> starts;
+    TrackerUnderTest tested = scripted.tested();
+    tested.reset = [&](const Pose& pose) { starts.push_back(pose); };
+    StartOptions seeded = options;
+    seeded.seed = seed;
+    const auto got = run_starts(truth, {}, tested, seeded, {});
+    if (records != nullptr) {
+      *records = got;
+    }
+    CHECK(scripted.asked.size() == 32);
+    return starts;
+  };
+  std::vector<FrameRecord> records;
+  const std::vector<Pose> starts = starts_of(7, &records);
+  REQUIRE(starts.size() == 8);
+  CHECK(numbers_of(records) == Frames{3, 5, 7, 9, 11, 13, 15, 17});  // 17 places of four frames, eight of them
+  CHECK(numbers_of(records, true) == Frames{7});
+  double farthest = 0, widest = 0;
+  for (int i = 0; i < 8; ++i) {
+    CHECK(records[i].offset == i);
+    const PoseError error = pose_error(truth[2 * i], starts[i]);
+    CHECK(error.distance() <= 0.004);
+    CHECK(error.rotation <= to_radians(3) + 1e-12);
+    farthest = std::max(farthest, error.distance());
+    widest = std::max(widest, error.rotation);
+  }
+  CHECK(farthest > 0.002);
+  CHECK(widest > to_radians(1.5));
+  CHECK(starts_of(7)[3].isApprox(starts[3]));
+  CHECK_FALSE(starts_of(8)[3].isApprox(starts[3]));
+  ScriptedTracker tracker{.truth = truth, .wrong_frames = {}};
+  CHECK_THROWS_AS(run_starts(truth, {}, tracker.tested(), {.frames = 21}, {}), Error);
+}
+
 TEST_CASE("confidently wrong: held and more than 20 mm or 5 degrees off; reported lost is not") {
   std::vector<FrameRecord> records(4);
   const Pose origin = Pose::Identity();

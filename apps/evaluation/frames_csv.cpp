@@ -22,6 +22,11 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
          "error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,passed_pixels,"
          "used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,ms_search,ms_"
          "solve";
+  // Upper triangle of FrameResult::information, row by row, and the squared error of the pose that it makes.
+  for (int row = 0; row < 6; ++row) {
+    for (int column = row; column < 6; ++column) out << fmt::format(",information_{}{}", row, column);
+  }
+  out << ",normalized_error_squared";
   for (const char* whose : {"true", "estimated"}) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
@@ -49,6 +54,12 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
       out << (record.occluder ? fmt::format(",{},{}", record.occluder->used, record.occluder->on_occluder) : ",,");
       out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
                          result.ms.render, result.ms.filter, result.ms.search, result.ms.solve);
+      const Matrix6& information = result.information;
+      for (int row = 0; row < 6; ++row) {
+        for (int column = row; column < 6; ++column) out << fmt::format(",{:.15g}", information(row, column));
+      }
+      out << fmt::format(",{:.6g}",
+                         normalized_error_squared(record.T_camera_object_true, result.T_camera_object, information));
       for (const Pose* pose : {&record.T_camera_object_true, &result.T_camera_object}) {
         for (int row = 0; row < 3; ++row) {
           for (int column = 0; column < 4; ++column) {

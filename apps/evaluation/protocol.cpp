@@ -2,7 +2,11 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "holdfast/error.hpp"
+#include "simulation/random.hpp"
 
 namespace holdfast::evaluation {
 namespace {
@@ -36,6 +40,36 @@ bool try_reset(const TrackerUnderTest& tracker, const Pose& T_camera_object) {
   return true;
 }
 
+FrameRecord track_frame(std::span<const Pose> truth, std::span<const double> visible, const TrackerUnderTest& tracker,
+                        const ProtocolOptions& options, int frame) {
+  FrameRecord record;
+  record.frame = frame;
+  record.step = options.step;
+  record.offset = options.offset;
+  record.T_camera_object_true = truth[frame];
+  record.result = tracker.track(frame);
+  record.error = pose_error(truth[frame], record.result.T_camera_object);
+  record.visible = visible.empty() ? 1.0 : visible[frame];
+  record.counted = record.visible >= options.minimum_visible;
+  record.failed = record.counted && !options.failure.holds(record.error);
+  return record;
+}
+
+/// Uniform on the unit sphere.
+Eigen::Vector3d direction(simulation::Random& random) {
+  const double z = random.uniform(-1, 1), angle = random.uniform(0, 2 * std::numbers::pi);
+  const double across = std::sqrt(1 - z * z);
+  return {across * std::cos(angle), across * std::sin(angle), z};
+}
+
+Pose disturbed(const Pose& T_camera_object, const StartOptions& options, simulation::Random& random) {
+  Pose out = T_camera_object;
+  const double angle = options.rotation * random.uniform(), distance = options.translation * random.uniform();
+  out.linear() = Eigen::AngleAxisd(angle, direction(random)) * out.linear();
+  out.translation() += distance * direction(random);
+  return out;
+}
+
 }  // namespace
 
 std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<const double> visible,
@@ -55,16 +89,7 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
 
   std::vector<FrameRecord> records;
   for (; frame < frames; frame += options.step) {
-    FrameRecord record;
-    record.frame = frame;
-    record.step = options.step;
-    record.offset = options.offset;
-    record.T_camera_object_true = truth[frame];
-    record.result = tracker.track(frame);
-    record.error = pose_error(truth[frame], record.result.T_camera_object);
-    record.visible = visible.empty() ? 1.0 : visible[frame];
-    record.counted = record.visible >= options.minimum_visible;
-    record.failed = record.counted && !options.failure.holds(record.error);
+    FrameRecord record = track_frame(truth, visible, tracker, options, frame);
     if (tracker.inspect) {
       tracker.inspect(record);
     }
@@ -73,6 +98,32 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
       tracker.track(frame);
     }
     records.push_back(std::move(record));
+  }
+  return records;
+}
+
+std::vector<FrameRecord> run_starts(std::span<const Pose> truth, std::span<const double> visible,
+                                    const TrackerUnderTest& tracker, const StartOptions& options,
+                                    const ProtocolOptions& judged) {
+  ProtocolOptions protocol = judged;
+  check(truth, visible, protocol);
+  const auto frames = static_cast<std::int64_t>(truth.size());
+  if (options.frames < 1 || options.frames > frames || options.count < 1) {
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("{} starts with {} frames each: both must be at least 1, and {} frames is all there are",
+                            options.count, options.frames, frames));
+  }
+  std::vector<FrameRecord> records;
+  for (int start = 0; start < options.count; ++start) {
+    simulation::Random random(options.seed, static_cast<std::uint64_t>(start));
+    const int first = static_cast<int>(start * (frames - options.frames + 1) / options.count);
+    tracker.reset(disturbed(truth[first], options, random));
+    protocol.offset = start;
+    for (int i = 0; i + 1 < options.frames; ++i) tracker.track(first + i);
+    records.push_back(track_frame(truth, visible, tracker, protocol, first + options.frames - 1));
+    if (tracker.inspect) {
+      tracker.inspect(records.back());
+    }
   }
   return records;
 }

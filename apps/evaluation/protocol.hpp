@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -66,5 +67,19 @@ struct FrameRecord {
 /// visible). Throws Error(invalid_argument) for a step or offset that leaves no frame, or sizes that differ.
 std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<const double> visible,
                                       const TrackerUnderTest& tracker, const ProtocolOptions& options);
+
+/// Starts from a pose that is wrong, spread evenly over the sequence.
+struct StartOptions {
+  int count = 200;
+  double translation = 0.01;        ///< metres; of each start a random share up to all of it, any direction
+  double rotation = to_radians(5);  ///< radians, about the model's origin; likewise
+  int frames = 5;                   ///< tracked from each start on, the one it starts at among them
+  std::uint64_t seed = 1;
+};
+
+/// One record a start: the last of its frames. `offset` counts starts.
+std::vector<FrameRecord> run_starts(std::span<const Pose> truth, std::span<const double> visible,
+                                    const TrackerUnderTest& tracker, const StartOptions& options,
+                                    const ProtocolOptions& judged);
 
 }  // namespace holdfast::evaluation

@@ -1,0 +1,260 @@
+"""The measures, a function each: given a Bench and the recorded sequences, the Markdown that the document shows."""
+
+import csv
+import statistics
+
+import numpy
+
+import light
+import measures
+import models
+import paths
+from bench import CAMERA, Subject
+from document import table
+from measures import text
+
+
+def verdict(good):
+    return "met" if good else "**missed**"
+
+
+def mm_deg(run):
+    return "{} / {}".format(*map(text, run.median()))
+
+
+def regular(bench, recorded):
+    """The regular recorded sequences, or simulated ones where there are none."""
+    chosen = [subject for name, subject in recorded.items() if name.endswith("a_regular")]
+    if chosen:
+        return chosen
+    return [bench.simulated("regular-" + kind, bench.model(kind, bench.scenario["objects"][kind]))
+            for kind in ("crate", "vase")]
+
+
+def starts(bench, recorded):
+    asked = bench.scenario["starts"]
+    rows = []
+    for subject in regular(bench, recorded):
+        run = bench.track("starts-" + subject.name, subject, "--protocol", "starts", "--starts", asked["count"],
+                          "--start-error", asked["error"], "--start-frames", asked["frames"], "--start-seed",
+                          asked["seed"])
+        good = sum(measures.held(r) and measures.within(r, asked["converged_mm"], asked["converged_deg"])
+                   for r in run.rows)
+        rows.append([subject.name, "{} of {}".format(good, len(run)), mm_deg(run), run.wrong(),
+                     verdict(good >= asked["wanted"] * len(run))])
+    return table(["sequence", "converged", "median error then, mm / deg", "held but wrong", "95 % wanted"], rows)
+
+
+def other_light(bench, recorded):
+    asked = bench.scenario["light"]
+    rows = []
+    for subject in regular(bench, recorded):
+        plain = bench.track("light/{}-plain".format(subject.name), subject)
+        rows.append([subject.name, "as it is", plain.bad(), mm_deg(plain), "", ""])
+        for name, changed in light_variants(bench, subject, asked):
+            run = bench.track("light/" + changed.name, changed)
+            ratio = max(a / b for a, b in zip(run.median(), plain.median()))
+            good = run.bad() <= plain.bad() and ratio <= asked["most_median_ratio"]
+            rows.append([subject.name, name, run.bad(), mm_deg(run), text(ratio), verdict(good)])
+    return table(["sequence", "video over texture", "frames lost or failed", "median, mm / deg", "ratio",
+                  "no loss, at most doubled"], rows)
+
+
+def light_variants(bench, subject, asked):
+    def frames(name, curve):
+        return bench.changed_frames("{}-{}".format(subject.name, name), subject, curve)
+
+    def texture(name, curve):
+        return bench.with_texture("{}-{}".format(subject.name, name), subject,
+                                  lambda folder: light.curved_model(subject.model, folder, curve))
+
+    for gain in asked["gains"]:
+        name = "gain-{:g}".format(gain)
+        yield ("gain {:g}".format(gain), frames(name, lambda v: gain * v) if gain < 1
+               else texture(name, lambda v: v / gain))
+    yield ("gain {:g}, clipped".format(asked["over"]),
+           frames("over-{:g}".format(asked["over"]), lambda v: asked["over"] * v))
+    for gamma in asked["gammas"]:
+        yield "gamma {:g}".format(gamma), frames("gamma-{:g}".format(gamma), lambda v: v ** gamma)
+    for cast in asked["casts"]:
+        name = "-".join("{:g}".format(c) for c in cast)
+        yield ("colours times " + name.replace("-", ", "),
+               frames("cast-" + name, lambda v: v * numpy.array(cast)))
+    for i, lamp in enumerate(asked["shades"]):
+        yield ("shaded faces, lamp {}".format(i + 1), bench.with_texture(
+            "{}-shade-{}".format(subject.name, i), subject,
+            lambda folder: light.shaded_model(subject.model, folder, lamp, asked["shade_least"])))
+
+
+def covered_row(name, condition, run, asked, judged=True):
+    inside, middle = run.covered()
+    return [name, condition, text(inside, 1), text(middle), run.bad(), mm_deg(run),
+            verdict(asked["least"] <= inside <= asked["most"]) if judged else ""]
+
+
+COVERED = ["object or sequence", "condition", "inside the 95 % ellipsoid, %", "median square (5.35 if right)",
+           "frames lost or failed", "median, mm / deg", "88 to 97 %"]
+
+
+def covariance_of(bench, which):
+    asked = bench.scenario["covariance"]
+    rows = []
+    for kind, seed in asked[which].items():
+        for condition, changes in asked["conditions"].items():
+            for motion in asked["seeds"]:
+                name = "covariance-{}-{}-{}".format(kind, condition, motion)
+                # The motions of objects that judge are none of those that it was made for.
+                changes = {**changes, "seed": motion + (100 if which == "made_for" else 0)}
+                run = bench.track(name, bench.simulated(name, bench.model(kind, seed), changes))
+                rows.append(covered_row(kind, "{}, motion {}".format(condition, motion), run, asked))
+    return table(COVERED, rows)
+
+
+def covariance_made_for(bench, recorded):
+    return covariance_of(bench, "made_for")
+
+
+def covariance(bench, recorded):
+    out = covariance_of(bench, "judged_on")
+    if recorded:
+        asked = bench.scenario["covariance"]
+        out += "\n" + table(COVERED, [covered_row(name, "recorded", bench.track("recorded/" + name, subject), asked)
+                                      for name, subject in recorded.items()])
+    return out
+
+
+def small(bench, recorded):
+    asked = bench.scenario["small"]
+    rows = []
+    for kind in asked["objects"]:
+        model = bench.model(kind, bench.scenario["objects"][kind])
+        points = models.read(model).points
+        across = 0.9 * numpy.linalg.norm(points.max(0) - points.min(0))
+        distance = across * CAMERA[2] / asked["pixels"]
+        subject = bench.simulated("small-" + kind, model, {"distance": "{0:.3f},{1:.3f}".format(distance, 1.02 * distance),
+                                                           "speed": 3})
+        run = bench.track("small-" + kind, subject)
+        rows.append([kind, asked["pixels"], text(distance), run.bad(), mm_deg(run), run.wrong(), verdict(run.bad() == 0)])
+    return table(["object", "pixels across", "distance, m", "frames lost or failed", "median, mm / deg",
+                  "held but wrong", "no loss"], rows)
+
+
+def outside(bench, recorded):
+    asked = bench.scenario["outside"]
+    rows = []
+    for kind in asked["objects"]:
+        model = bench.model(kind, bench.scenario["objects"][kind])
+        points = models.read(model).points
+        poses = paths.leaving(points, CAMERA, 0.55, asked["inside"], 160)
+        subject = bench.simulated("outside-" + kind, model, {}, poses=poses)
+        run = bench.track("outside-" + kind, subject)
+        inside = [paths.share_inside(points, pose, CAMERA) for pose in poses]
+        # The first frame of the run is the first of the sequence: it is never reset.
+        part = [r for r in run.rows if inside[int(r["frame"])] < 0.6]
+        errors = [measures.error(r) for r in part]
+        rows.append([kind, text(100 * min(inside), 0), run.bad(), mm_deg(run), "{}: {} / {}".format(
+            len(part), text(statistics.median(e[0] for e in errors)), text(statistics.median(e[3] for e in errors))),
+            run.wrong(), verdict(run.bad() == 0)])
+    return table(["object", "least inside, %", "frames lost or failed", "median, mm / deg",
+                  "frames less than 60 % inside: median, mm / deg", "held but wrong", "no loss"], rows)
+
+
+def without_times(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return [{name: value for name, value in row.items() if name != "ms"} for row in csv.DictReader(file)]
+
+
+def same_twice(bench, recorded):
+    rows = []
+    for subject in regular(bench, recorded):
+        files = []
+        for i in ("one", "two"):
+            folder = bench.folder / "twice" / subject.name / i
+            folder.mkdir(parents=True, exist_ok=True)
+            first = folder / "first.txt"
+            first.write_text((subject.folder / "poses_gt.txt").read_text().splitlines()[0] + "\n")
+            bench.call("track", subject.folder / "frames", "--model", subject.model, "--camera",
+                       subject.folder / "K.txt", "--init", first, "--poses", folder / "poses.csv", "--quiet")
+            files.append(folder / "poses.csv")
+        rows.append([subject.name, verdict(without_times(files[0]) == without_times(files[1]))])
+    return table(["sequence", "two runs write the same poses and figures, to the last digit"], rows)
+
+
+def object_row(name, changed, run):
+    return [name, changed, text(run.success(), 1), run.bad(), run.wrong(), mm_deg(run),
+            "{} / {}".format(*map(text, run.largest()))]
+
+
+OBJECTS = ["object", "what is the matter", "success, %", "frames lost or failed", "held but wrong", "median, mm / deg",
+           "largest, mm / deg"]
+
+
+def objects(bench, recorded):
+    rows = []
+    for kind, seed in bench.scenario["objects"].items():
+        subject = bench.simulated("object-" + kind, bench.model(kind, seed))
+        rows.append(object_row(kind, "", bench.track("object-" + kind, subject)))
+    for kind in bench.scenario["wrong"]["objects"]:
+        for what, subject in wrong_variants(bench, kind):
+            rows.append(object_row(kind, what, bench.track(subject.name, subject)))
+    return table(OBJECTS, rows)
+
+
+def wrong_variants(bench, kind):
+    asked = bench.scenario["wrong"]
+    model = bench.model(kind, bench.scenario["objects"][kind])
+    plain = bench.simulated("object-" + kind, model)
+    for factor in asked["focal"]:
+        subject = bench.changed_frames("focal-{:g}-{}".format(factor, kind), plain, lambda v: v)
+        width, height, f, cx, cy = CAMERA
+        (subject.folder / "K.txt").write_text("{0} {0} {1} {2}\n".format(factor * f, cx, cy))
+        yield "focal length times {:g}".format(factor), subject
+    for distance in asked["inflated_mm"]:
+        name = "inflated-{:g}-{}".format(distance, kind)
+        changed = bench.changed_model(name, model, lambda m: m.inflated(1e-3 * distance))
+        yield ("mesh {:g} mm {}".format(abs(distance), "outside" if distance > 0 else "inside"),
+               Subject(name, plain.folder, changed, plain.stamp + name))
+    for factor in asked["scaled"]:
+        name = "scaled-{:g}-{}".format(factor, kind)
+        changed = bench.changed_model(name, model, lambda m: models.Model(
+            factor * m.points, m.coordinates, m.corners, m.materials, m.pictures))
+        yield "mesh times {:g}".format(factor), Subject(name, plain.folder, changed, plain.stamp + name)
+    # Three fingers over the front; they stay where they hold.
+    size = models.read(model).points
+    place = numpy.eye(4)
+    place[:3, 3] = [0.15 * size[:, 0].max(), -0.05, size[:, 2].max() + 0.01]
+    place[:3, :3] *= 1.2
+    name = "fingers-" + kind
+    subject = bench.simulated(name, model, {}, occluder=(
+        bench.model("fingers", 1), paths.held_by(paths.read_poses(plain.folder / "poses_gt.txt"), place)))
+    seen = [float(line) for line in (subject.folder / "visible.txt").read_text().split()]
+    yield "fingers over {:.0f} %".format(100 * (1 - statistics.mean(seen))), subject
+
+
+def ablation(bench, recorded):
+    if not recorded:
+        return None
+    rows = []
+    for name, options in {"default mode": [], **bench.scenario["ablation"]}.items():
+        success, mm, deg, wrong, ms = [], [], [], 0, []
+        for sequence, subject in recorded.items():
+            run = bench.track("ablation/{}-{}".format(name.replace(" ", "_"), sequence), subject, "--protocol", "rbot",
+                              "--min-visible", "0.25", *options)
+            counted = [r for r in run.rows if r["counted"] == "1"]
+            success.append(100 * sum(measures.within(r, 50, 5) for r in counted) / len(counted))
+            wrong += sum(map(measures.wrong, counted))
+            mm.append(run.median()[0])
+            deg.append(run.median()[1])
+            ms += [measures.number(r, "ms") for r in run.rows]
+        title = name if not options else "without " + name if "levels" in name or options[0][:4] == "--no" else name
+        rows.append([title, " ".join(options), *(text(s, 1) for s in success), text(statistics.mean(success), 1), wrong,
+                     "{} / {}".format(text(statistics.mean(mm)), text(statistics.mean(deg))), text(statistics.median(ms))])
+    short = [name.replace("_", " ").rsplit(" ", 1)[0] for name in recorded]
+    return table(["part", "options", *(s + ", %" for s in short), "mean, %", "held but wrong",
+                  "mean of medians, mm / deg", "median ms"], rows)
+
+
+PARTS = {
+    "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
+    "small": small, "outside": outside, "objects": objects, "same-twice": same_twice, "ablation": ablation,
+}
