@@ -25,11 +25,16 @@ __kernel void motion_blur(__global const float* in, __global const float* depth,
         const float left = floor(sx), top = floor(sy);
         const float u = sx - left, v = sy - top;
         __global const float* p = in + HF_PIXEL * element(layout, (int)left, (int)top);
-        const float8 upper = LOAD8(p), lower = LOAD8(p + HF_PIXEL * layout.stride);
+        float8 upper = LOAD8(p), lower = LOAD8(p + HF_PIXEL * layout.stride);
+        if (exposure.light) { /* coverage is 0 or 1 here: its square is itself */
+          upper *= upper;
+          lower *= lower;
+        }
         const float8 both = fma((float8)(v), lower - upper, upper);
         sum += fma((float4)(u), both.hi - both.lo, both.lo);
       }
       sum = sum / (float)exposure.taps;
+      if (exposure.light) sum.xyz = sqrt(sum.xyz * sum.w);
     }
     vstore4(sum, 0, out + HF_PIXEL * e);
   }

@@ -97,6 +97,7 @@ typedef struct {
   HF_FLOAT v[3], w[3];
   HF_FLOAT fx, fy, cx, cy; /* camera of this level */
   HF_INT taps;             /* moments that are averaged */
+  HF_INT light;            /* 1: averaged as light, nearly the square of what is encoded; 0: as encoded */
 } hf_exposure;
 
 typedef struct {

@@ -316,6 +316,7 @@ Tracker::Impl::Appearance Tracker::Impl::appearance() const {
   state.usual_score = usual_score_;
   state.usual_fine_score = usual_fine_score_;
   state.exposure = exposure_;
+  state.exposed_light = exposed_light_;
   state.surviving_share = surviving_share_;
   return state;
 }
@@ -326,6 +327,7 @@ void Tracker::Impl::restore(const Appearance& state) {
   usual_score_ = state.usual_score;
   usual_fine_score_ = state.usual_fine_score;
   exposure_ = state.exposure;
+  exposed_light_ = state.exposed_light;
   surviving_share_ = state.surviving_share;
 }
 

@@ -46,8 +46,8 @@ struct Tracker::Impl {
   std::array<Estimate, kPlacesAFrame> search_everywhere(int level, int coarsest);
   /// The level that the whole picture is searched on.
   int recovery_level(int coarsest) const;
-  /// How well the view drawn at a pose with this exposure fits, light and motion left alone.
-  Estimate fit(const Pose& T_camera_object, double exposure);
+  /// How well the view drawn at a pose with this exposure fits, motion left alone.
+  Estimate fit(const Pose& T_camera_object, double exposure, bool light);
   /// Measures how long the shutter is open where motion lets it be seen.
   void measure_exposure(const Estimate& estimate);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
@@ -100,9 +100,10 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  bool moved_ = false;        ///< the last pose was the frame before this one's
-  double exposure_ = 0;       ///< share of the time between frames that the shutter is open
-  int exposure_settled_ = 0;  ///< how often measuring it has changed nothing
+  bool moved_ = false;          ///< the last pose was the frame before this one's
+  double exposure_ = 0;         ///< share of the time between frames that the shutter is open
+  bool exposed_light_ = false;  ///< what adds up meanwhile is light, not encoded values
+  int exposure_settled_ = 0;    ///< how often measuring it has changed nothing
   /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
   Pose T_expected_ = Pose::Identity();
   double expected_deviation_ = 0;  ///< 0: nothing is expected
@@ -119,6 +120,7 @@ struct Tracker::Impl {
     Photometry::ObjectPair light;
     std::array<double, 6> scale{};
     double usual_score = 1, usual_fine_score = 1, surviving_share = 1, exposure = 0;
+    bool exposed_light = false;
   };
   Appearance appearance() const;
   void restore(const Appearance& appearance);

@@ -27,6 +27,8 @@ constexpr int kAppearancesAFrame = 8;
 constexpr double kChallengeTurn = 0.2;
 /// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
 constexpr double kTellingMotion = 6, kExposureStep = 0.2;
+/// Measurements that the exposure is a mean of, about.
+constexpr int kExposureMemory = 6;
 /// What another exposure must score beside the present one to be believed.
 constexpr double kBetterExposure = 1.03;
 
@@ -69,6 +71,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   Exposure exposure;
   if (options_.motion_blur && moved_ && exposure_ > 0) {
     exposure.twist = exposure_ * log_se3(T_camera_object * motion_.pose().inverse());
+    exposure.light = exposed_light_;
     exposure.pixels = exposure_ * corner_motion(motion_.pose(), T_camera_object);
   }
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
@@ -246,14 +249,15 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
   return best;
 }
 
-Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure) {
+Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool light) {
   Estimate estimate;
   estimate.T_camera_object = T_camera_object;
   const int level = options_.finest_level;
-  const double before = exposure_;
-  exposure_ = exposure;
+  const double exposure_before = std::exchange(exposure_, exposure);
+  const bool light_before = std::exchange(exposed_light_, light);
   const bool drawn = draw(T_camera_object, level, 1);
-  exposure_ = before;
+  exposure_ = exposure_before;
+  exposed_light_ = light_before;
   if (!drawn) return estimate;
   estimate.sums = evaluate(level, Pose::Identity());
   estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;
@@ -269,13 +273,28 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   const double present = exposure_;
   std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
   std::array<double, 2> share{};
-  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i]).score;
-  const Estimate here = fit(estimate.T_camera_object, present);
+  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i], exposed_light_).score;
+  const Estimate otherwise = fit(estimate.T_camera_object, present, !exposed_light_);
+  const Estimate here = fit(estimate.T_camera_object, present, exposed_light_);
+  // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
+  const auto residual = [](const Estimate& fitted) {
+    return std::sqrt(fitted.sums.weighted_square / std::max(1.0, fitted.sums.weight));
+  };
   const std::size_t better = share[1] > share[0] ? 1 : 0;
+  // Between the three a parabola; it may have no top where one is far off.
+  const double bend = 2 * here.score - share[0] - share[1];
+  const bool inside = present > 0 && share[better] <= kBetterExposure * here.score && bend > 0.02 * here.score;
+  const double top = inside ? 0.5 * kExposureStep * (share[1] - share[0]) / bend : 0;
   if (share[better] > kBetterExposure * here.score) {
     exposure_ = around[better];
     exposure_settled_ = 0;
+  } else if (residual(here) > kBetterExposure * residual(otherwise)) {
+    exposed_light_ = !exposed_light_;
+    exposure_settled_ = 0;
   } else {
+    // A single frame says it roughly: the mean of some.
+    const double step = std::clamp(top, -0.5 * kExposureStep, 0.5 * kExposureStep);
+    exposure_ = std::clamp(present + step / (2 + std::min(exposure_settled_, kExposureMemory)), 0.0, 1.0);
     ++exposure_settled_;
   }
 }

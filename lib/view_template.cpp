@@ -166,6 +166,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.fy = static_cast<float>(camera.fy);
   e.cx = static_cast<float>(camera.cx);
   e.cy = static_cast<float>(camera.cy);
+  e.light = exposure.light ? 1 : 0;
   e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
   motion_blur_.setArg(0, blurred_);
   motion_blur_.setArg(1, planes_[level].depth);
