@@ -9,6 +9,7 @@
 # make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
 #                 covariance, each part switched off: docs/robustness.md; SEQUENCES=folder for recorded sequences too,
 #                 PARTS=starts,small for some of it
+# make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/recovery.md
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
@@ -22,7 +23,7 @@ CTEST_FLAGS ?=
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness test bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery test bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -42,6 +43,12 @@ experiments:
 	@python3 -B apps/experiments/run.py --program $(release)/apps/holdfast --work out/experiments \
 	  --document docs/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
+
+recovery:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/recovery.py --program $(release)/apps/holdfast --work out/recovery \
+	  --document docs/recovery.md
 
 robustness:
 	@sh cmake/install-deps.sh build experiments

@@ -22,11 +22,13 @@ __kernel void frame_gradients(__global const float* frame, hf_layout layout, hf_
   }
 }
 
-/* LANES neighbouring shifts of a row of shifts; as many rows as get_global_size(1). */
+/* LANES neighbouring shifts of a row of shifts: `width` shifts a row from `first` on, as many rows as
+   get_global_size(1). */
 __kernel void shift_scores(__global const float* dx, __global const float* dy, int plane, __global const uchar* usable,
                            hf_layout layout, hf_rect rect, int step, __global const float* gradients,
-                           int gradient_plane, int4 sampled, int radius, __global float* scores) {
-  const int first_x = LANES * (int)get_global_id(0) - radius, shift_y = (int)get_global_id(1) - radius;
+                           int gradient_plane, int4 sampled, int2 first, int width, __global float* scores) {
+  const int column = LANES * (int)get_global_id(0);
+  const int first_x = first.x + column, shift_y = first.y + (int)get_global_id(1);
   lane_float agreement = (lane_float)(0.0f);
   float weight = 0.0f;
   for (int y = rect.y; y < rect.y + rect.height; y += step) {
@@ -56,15 +58,12 @@ __kernel void shift_scores(__global const float* dx, __global const float* dy, i
       agreement += CHOOSE((lane_float)(0.0f), mv * along / scale, inside);
     }
   }
-  const int side = (int)get_global_size(1);
-  __global float* row = scores + (int)get_global_id(1) * side;
+  __global float* row = scores + (int)get_global_id(1) * width;
 #if HF_STRIPS
   float lanes[16];
   vstore16(agreement, 0, lanes);
-  for (int i = 0; i < 16 && first_x + radius + i < side; ++i) {
-    row[first_x + radius + i] = weight > 0.0f ? lanes[i] / weight : 0.0f;
-  }
+  for (int i = 0; i < 16 && column + i < width; ++i) row[column + i] = weight > 0.0f ? lanes[i] / weight : 0.0f;
 #else
-  row[first_x + radius] = weight > 0.0f ? agreement / weight : 0.0f;
+  row[column] = weight > 0.0f ? agreement / weight : 0.0f;
 #endif
 }

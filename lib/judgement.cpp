@@ -6,10 +6,12 @@
 namespace holdfast {
 namespace {
 
-/// What it takes to be found again after a loss: share of gradient pixels used and correlation; or less of it, behind
-/// an occluder, that agrees better.
+/// What it takes to be found again after a loss, where it may be expected: share of gradient pixels used and
+/// correlation; or less of it, behind an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
+/// Of the usual share, what is enough anywhere.
+constexpr double kFoundAtOnce = 0.8;
 /// What it takes to be held on to with less than `lost_visible_share`: pixels that agree very well and say of every
 /// motion more than was expected anyway (object radii and radians, standard deviation; expected are 0.05).
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
@@ -32,13 +34,20 @@ bool is_sure_sliver(const Estimate& estimate) {
 
 }  // namespace
 
-bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before) {
-  if (!estimate.solved) return false;
+bool is_probable(const Estimate& estimate) {
   const double share = estimate.used_share(), correlation = estimate.correlation;
-  if (correlation < options.lost_correlation) return false;
-  if (share < options.lost_visible_share) return !lost_before && is_sure_sliver(estimate);
-  return !lost_before || (share >= kFoundShare && correlation >= kFoundCorrelation) ||
-         (share >= kFoundPartShare && correlation >= kFoundPartCorrelation);
+  return estimate.solved && ((share >= kFoundShare && correlation >= kFoundCorrelation) ||
+                             (share >= kFoundPartShare && correlation >= kFoundPartCorrelation));
+}
+
+bool is_good(const Estimate& estimate, const TrackerOptions& options, const Standing& standing) {
+  if (!estimate.solved) return false;
+  const double share = estimate.used_share();
+  if (estimate.correlation < options.lost_correlation) return false;
+  if (share < options.lost_visible_share) return !standing.lost_before && is_sure_sliver(estimate);
+  if (!standing.lost_before) return true;
+  const double usual_share = standing.usual_share > 0 ? standing.usual_share : 1;
+  return is_probable(estimate) && (standing.expected || share >= kFoundAtOnce * usual_share);
 }
 
 bool is_promising(const Estimate& estimate) {
@@ -66,7 +75,7 @@ std::string why_little_agrees(const Estimate& estimate, const Circumstances& cir
 }  // namespace
 
 Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Circumstances& circumstances) {
-  if (is_good(estimate, options, circumstances.lost_before)) {
+  if (is_good(estimate, options, circumstances)) {
     if (hidden_share(estimate, circumstances.usual_share) > kMuchHidden && circumstances.usual_share > 0) {
       return {Status::held, why_little_agrees(estimate, circumstances)};
     }

@@ -31,10 +31,15 @@ struct Verdict {
   std::string reason;
 };
 
-/// What the words of a verdict are chosen by.
-struct Circumstances {
-  bool lost_before = false;     ///< to be found again takes more than to be held on to
-  double usual_share = 0;       ///< of the gradient pixels used, where nothing is in front; 0: not known
+/// What an estimate must live up to.
+struct Standing {
+  bool lost_before = false;  ///< to be found again takes more than to be held on to
+  bool expected = false;     ///< there, or seen there by the frames before
+  double usual_share = 0;    ///< of the gradient pixels used, where nothing is in front; 0: not known
+};
+
+/// What the words of a verdict are chosen by, too.
+struct Circumstances : Standing {
   double predicted_pixels = 0;  ///< farthest that the object was expected to move since the last frame
   double blur_pixels = 0;       ///< motion blur that was found
   double gain = 1;              ///< of the frame over the model's texture, over what it was
@@ -45,7 +50,10 @@ struct Circumstances {
 Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Circumstances& circumstances);
 
 /// As judge(), without words.
-bool is_good(const Estimate& estimate, const TrackerOptions& options, bool lost_before);
+bool is_good(const Estimate& estimate, const TrackerOptions& options, const Standing& standing);
+
+/// Found again after a loss, if the next frame agrees.
+bool is_probable(const Estimate& estimate);
 
 /// Not to be believed, but worth starting from in the next frame.
 bool is_promising(const Estimate& estimate);

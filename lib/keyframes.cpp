@@ -8,14 +8,33 @@ namespace {
 
 /// Appearances nearer than this to each other, radians, are one: the coarse stage converges over that distance.
 constexpr double kSpread = 0.3;
-/// A lost object is looked for turned by these, radians.
-constexpr std::array<double, 2> kTurns = {0.35, 0.7};
-/// How near or far it may have gone meanwhile, from one pass over the plan to the next.
-constexpr std::array<double, 3> kDistances = {1.0, 0.8, 1.25};
+/// Turns that a lost object is looked for in: a body-centred cubic lattice of rotation vectors, the one that covers
+/// with the fewest points. None within the largest turn is farther from all of them than sqrt(5) / 4 of the spacing.
+constexpr double kSpacing = 0.42, kMostTurn = 0.95;
+/// Remembered appearances farther than this from all of these are looked for too, after them.
+constexpr double kElsewhere = 0.3;
+/// How near or far it may have gone meanwhile.
+constexpr std::array<double, 2> kDistances = {0.89, 1.13};
 
 double angle_between(const Pose& a, const Pose& b) { return rotation_angle(a.linear().transpose() * b.linear()); }
 
 }  // namespace
+
+Keyframes::Keyframes(const Eigen::Vector3d& p_object_center) : p_object_center_(p_object_center) {
+  const int reach = static_cast<int>(kMostTurn / kSpacing) + 1;
+  for (int i = -reach; i <= reach; ++i) {
+    for (int j = -reach; j <= reach; ++j) {
+      for (int k = -reach; k <= reach; ++k) {
+        for (const double offset : {0.0, 0.5}) {
+          const Eigen::Vector3d turn = kSpacing * (Eigen::Vector3d(i, j, k) + Eigen::Vector3d::Constant(offset));
+          if (turn.norm() <= kMostTurn && turns_.size() < kMostTurns) turns_.push_back(turn);
+        }
+      }
+    }
+  }
+  const auto smaller = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { return a.norm() < b.norm(); };
+  std::stable_sort(turns_.begin(), turns_.end(), smaller);
+}
 
 Eigen::Matrix3d Keyframes::to_axis(const Eigen::Vector3d& p_camera) {
   return Eigen::Quaterniond::FromTwoVectors(p_camera, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -64,42 +83,28 @@ void Keyframes::plan(const Pose& T_camera_object_last) {
     Pose pose = Pose::Identity();
     pose.linear() = R_camera_object;
     pose.translation() = p_center - R_camera_object * p_object_center_;
-    for (int i = 0; i < planned_count_; ++i) {
-      if (angle_between(planned_[static_cast<std::size_t>(i)], pose) < 0.7 * kSpread) return;
-    }
     planned_[static_cast<std::size_t>(planned_count_++)] = pose;
   };
-  add(last.linear());
-  for (const double turn : kTurns) {
-    // Remembered appearances are likelier than any others as far away.
-    std::array<int, kMost> order{};
-    for (int i = 0; i < count_; ++i) order[static_cast<std::size_t>(i)] = i;
-    const auto distance = [&](int i) { return angle_between(poses_[static_cast<std::size_t>(i)], last); };
-    std::sort(order.begin(), order.begin() + count_, [&](int a, int b) { return distance(a) < distance(b); });
-    for (int i = 0; i < count_; ++i) {
-      const int keyframe = order[static_cast<std::size_t>(i)];
-      if (distance(keyframe) <= turn) add(poses_[static_cast<std::size_t>(keyframe)].linear());
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const double angle : {turn, -turn}) {
-        add(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)) * last.linear());
-      }
-    }
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d axis((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1, (corner & 4) ? 1 : -1);
-      add(Eigen::AngleAxisd(turn, axis.normalized()) * last.linear());
-    }
+  for (const Eigen::Vector3d& turn : turns_) {
+    const double angle = turn.norm();
+    add(angle > 0 ? Eigen::AngleAxisd(angle, turn / angle) * last.linear() : last.linear());
   }
-  for (int i = 0; i < count_; ++i) add(poses_[static_cast<std::size_t>(i)].linear());
+  for (int i = 0; i < count_; ++i) {
+    const Pose& pose = poses_[static_cast<std::size_t>(i)];
+    const auto near = [&](const Pose& planned) { return angle_between(planned, pose) < kElsewhere; };
+    if (std::none_of(planned_.begin(), planned_.begin() + planned_count_, near)) add(pose.linear());
+  }
 }
 
+int Keyframes::planned() const { return planned_count_ * static_cast<int>(kDistances.size()); }
+
 Pose Keyframes::next() {
-  const auto place = static_cast<std::size_t>(next_ % planned_count_);
-  const auto pass = static_cast<std::size_t>(next_ / planned_count_) % kDistances.size();
-  ++next_;
+  const auto place = static_cast<std::size_t>(next_) / kDistances.size();
+  const auto distance = static_cast<std::size_t>(next_) % kDistances.size();
+  next_ = (next_ + 1) % planned();
   Pose pose = planned_[place];
   const Eigen::Vector3d p_center = pose * p_object_center_;
-  pose.translation() += (kDistances[pass] - 1) * p_center;
+  pose.translation() += (kDistances[distance] - 1) * p_center;
   return pose;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "holdfast/pose.hpp"
 
@@ -14,7 +15,7 @@ namespace holdfast {
 /// Turned back to any other ray they look the same there.
 class Keyframes {
  public:
-  explicit Keyframes(const Eigen::Vector3d& p_object_center) : p_object_center_(p_object_center) {}
+  explicit Keyframes(const Eigen::Vector3d& p_object_center);
 
   /// Forgets everything.
   void clear() { count_ = 0; }
@@ -26,21 +27,27 @@ class Keyframes {
   int count() const { return count_; }
 
   /// Begins a search for an object last seen at this pose: appearances in the order they are to be tried in, that one
-  /// first, then turned away from it, among them those remembered, the nearest first.
+  /// first, then turned away from it, farther and farther, then those remembered that are none of these.
   void plan(const Pose& T_camera_object_last);
 
-  /// The next appearance of the plan; after the last comes the first again, nearer and farther away in turns.
+  /// The next appearance of the plan, each somewhat nearer and somewhat farther away; after the last comes the first
+  /// again.
   Pose next();
+
+  /// After how many the first comes again.
+  int planned() const;
 
   /// The rotation about the camera that brings a point of this direction onto the optical axis.
   static Eigen::Matrix3d to_axis(const Eigen::Vector3d& p_camera);
 
  private:
-  static constexpr int kMost = 24, kMostPlanned = 64;
+  static constexpr int kMost = 24, kMostPlanned = 256;
+  static constexpr std::size_t kMostTurns = 232;
 
   Pose appearance(const Pose& T_camera_object) const;
 
   Eigen::Vector3d p_object_center_;
+  std::vector<Eigen::Vector3d> turns_;  ///< rotation vectors, the smallest first
   std::array<Pose, kMost> poses_;
   int count_ = 0;
   std::array<Pose, kMostPlanned> planned_;

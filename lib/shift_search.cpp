@@ -19,10 +19,9 @@ double parabola_peak(double left, double center, double right) {
 
 }  // namespace
 
-ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, int most_radius)
-    : device_(device), levels_(levels), most_radius_(most_radius) {
-  const auto side = static_cast<std::size_t>(2 * most_radius + 1);
-  scores_.resize(side * side);
+ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, std::size_t most_shifts)
+    : device_(device), levels_(levels) {
+  scores_.resize(most_shifts);
   scores_buffer_ = device.zeroed_buffer(scores_.size() * sizeof(float));
   // Searched is never the finest of several levels.
   const Level& largest = levels[std::min<std::size_t>(1, levels.size() - 1)];
@@ -45,15 +44,18 @@ void ShiftSearch::enqueue_gradients(const DeviceImage& image, int level_index) {
 
 ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
                                         int radius) {
-  radius = std::min(radius, most_radius_);
+  return search(view, image, level_index, {-radius, -radius, 2 * radius + 1, 2 * radius + 1}, kScoredPixels);
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        const Rect& shifts, double scored_pixels) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
   const kernel::hf_rect rect{planes.tiles.x * HF_TILE, planes.tiles.y * HF_TILE, planes.tiles.width * HF_TILE,
                              planes.tiles.height * HF_TILE};
-  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * rect.width * rect.height / kScoredPixels)));
+  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * rect.width * rect.height / scored_pixels)));
   const Rect& valid = image.valid(level_index);
   const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
-  const int side = 2 * radius + 1;
   kernel_.setArg(0, planes.dx);
   kernel_.setArg(1, planes.dy);
   kernel_.setArg(2, static_cast<int>(level.elements));
@@ -64,34 +66,38 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
   kernel_.setArg(7, gradients_);
   kernel_.setArg(8, static_cast<int>(level.elements));
   kernel_.setArg(9, sampled);
-  kernel_.setArg(10, radius);
-  kernel_.setArg(11, scores_buffer_);
-  const auto rows = static_cast<std::size_t>(side);
-  const std::size_t items = device_.strips ? (rows + 15) / 16 : rows;
+  kernel_.setArg(10, cl_int2{{shifts.x, shifts.y}});
+  kernel_.setArg(11, shifts.width);
+  kernel_.setArg(12, scores_buffer_);
+  const auto columns = static_cast<std::size_t>(shifts.width), rows = static_cast<std::size_t>(shifts.height);
+  const std::size_t items = device_.strips ? (columns + 15) / 16 : columns;
   device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, rows), cl::NDRange(1, 1));
-  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, rows * rows * sizeof(float), scores_.data());
+  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, columns * rows * sizeof(float), scores_.data());
 
   const auto score = [&](int x, int y) {
-    return static_cast<double>(scores_[static_cast<std::size_t>((y + radius) * side + x + radius)]);
+    return static_cast<double>(scores_[static_cast<std::size_t>((y - shifts.y) * shifts.width + x - shifts.x)]);
   };
-  int best_x = 0, best_y = 0;
-  for (int y = -radius; y <= radius; ++y) {
-    for (int x = -radius; x <= radius; ++x) {
+  const int right = shifts.x + shifts.width, bottom = shifts.y + shifts.height;
+  const auto searched = [&](int x, int y) { return x >= shifts.x && y >= shifts.y && x < right && y < bottom; };
+  const bool begins_at_rest = searched(0, 0);
+  int best_x = begins_at_rest ? 0 : shifts.x, best_y = begins_at_rest ? 0 : shifts.y;
+  Result result;
+  if (begins_at_rest) result.unshifted = score(0, 0);
+  for (int y = shifts.y; y < bottom; ++y) {
+    for (int x = shifts.x; x < right; ++x) {
       if (score(x, y) > score(best_x, best_y)) {
         best_x = x;
         best_y = y;
       }
     }
   }
-  Result result;
-  result.unshifted = score(0, 0);
   result.score = score(best_x, best_y);
   result.dx = best_x;
   result.dy = best_y;
-  if (std::abs(best_x) < radius) {
+  if (searched(best_x - 1, best_y) && searched(best_x + 1, best_y)) {
     result.dx += parabola_peak(score(best_x - 1, best_y), result.score, score(best_x + 1, best_y));
   }
-  if (std::abs(best_y) < radius) {
+  if (searched(best_x, best_y - 1) && searched(best_x, best_y + 1)) {
     result.dy += parabola_peak(score(best_x, best_y - 1), result.score, score(best_x, best_y + 1));
   }
   return result;

@@ -12,8 +12,6 @@
 namespace holdfast {
 namespace {
 
-/// Least side of the object on a level that is still worth comparing there, pixels.
-constexpr double kLeastSide = 20;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
@@ -27,10 +25,11 @@ constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 constexpr double kExpectedDeviation = 0.05;
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
-/// Starts of the fine stage while the object is lost: the most promising ones.
-constexpr std::size_t kFineStartsWhenLost = 3;
-/// Share of the usual coarse score below which a place is not worth a closer look.
-constexpr double kHopelessScore = 0.3;
+/// A pose within this many radians and object radii of the last frame's may be the same object moving on.
+constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
+/// What is seen in part is believed at once where the object was lost or would have gone, turned by no more than these
+/// radians; elsewhere after the picture was searched for everything else.
+constexpr double kNearTurn = 0.4;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
 
@@ -47,6 +46,13 @@ const Mesh& validated(const Mesh& mesh) {
 const Camera& validated(const Camera& camera) {
   camera.validate();
   return camera;
+}
+
+/// Shifts that one search may score: by the option's radius, or, to recover, over a whole coarse picture.
+std::size_t most_shifts(const std::vector<Level>& levels, const TrackerOptions& options) {
+  const auto side = static_cast<std::size_t>(2 * (options.search_radius + 1) + 1);
+  const Level& coarse = levels[std::min<std::size_t>(1, levels.size() - 1)];
+  return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
 }
 
 const TrackerOptions& validated(const TrackerOptions& options) {
@@ -68,11 +74,13 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
-      search_(device.impl(), levels_, std::max(kWholePictureRadius + 1, options.search_radius)),
+      search_(device.impl(), levels_, most_shifts(levels_, options)),
       photometry_(device.impl(), levels_, options.photometric),
       motion_(p_object_center_),
       keyframes_(p_object_center_),
       scale_(levels_.size(), kFirstScale) {
+  places_.reserve(kAppearancesAFrame + kMostPlaces);
+  last_places_.reserve(kMostPlaces);
   device_.impl().queue.finish();
 }
 
@@ -161,7 +169,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
     image_.enqueue_upload(frame, image_.region(grown(object, margin)));
   }
   const Estimate estimate = fine_stage(T_predicted, finest, -1);
-  if (!is_good(estimate, options_, false) || estimate.score < kUsualScore * usual_fine_score_ ||
+  if (!is_good(estimate) || estimate.score < kUsualScore * usual_fine_score_ ||
       corner_motion(T_predicted, estimate.T_camera_object) > most) {
     return false;
   }
@@ -218,8 +226,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if (coarse) {
           {
             const Stopwatch watch(times_.filter);
-            const int searched = recovering ? recovery_level(coarsest) : coarsest;
-            for (int level = coarse_finest; level <= searched; ++level) {
+            for (int level = coarse_finest; level <= coarsest; ++level) {
               image_.enqueue_blur(level, coarser(region, level));
             }
             if (search) search_.enqueue_gradients(image_, coarsest);
@@ -233,24 +240,17 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
             if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
           }
         }
-        if (recovering && coarse) {
-          for (const Estimate& place : search_everywhere(recovery_level(coarsest), coarsest)) {
-            if (place.score > 0) add_start(coarse_stage(place.T_camera_object, true, coarsest, coarse_finest));
-          }
-        }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
-        for (int i = 0; i < hypotheses.count && !recovering; ++i) {
+        for (int i = 0; i < hypotheses.count; ++i) {
           Estimate plain;
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
-        if (recovering) start_count = std::min(start_count, kFineStartsWhenLost);
         const int lit_level = coarse && coarse_finest > options_.finest_level ? coarse_finest : -1;
         const auto try_start = [&](const Estimate& start, int fine_coarsest) {
-          if (recovering && start.score < kHopelessScore * usual_score_) return false;
           const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
           if (best.score < 0 || estimate.score > best.score) best = estimate;
-          return is_good(best, options_, motion_.lost()) && as_usual(best);
+          return is_good(best) && as_usual(best);
         };
         // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
         // there.
@@ -263,20 +263,48 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
         if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
-        if (options_.motion_blur && moved_ && is_good(best, options_, motion_.lost())) measure_exposure(best);
-        if (is_good(best, options_, motion_.lost())) {
-          if (coarse) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+        bool elsewhere = false;
+        if (recovering && !is_good(best)) {
+          const Estimate found_there = found_anywhere(region);
+          elsewhere = found_there.score > best.score;
+          if (elsewhere) best = found_there;
+        }
+        if (motion_.lost() && is_probable(best)) best = settled(best);
+        if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
+        if (is_good(best)) {
+          if (coarse && !elsewhere) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
           usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
         }
       }
     }
     result.T_camera_object = best.T_camera_object;
     last_score_ = best.score;
-    last_promising_ = is_promising(best);
     report(best, result);
+    last_promising_ = is_promising(best);
+    const bool again = probable_frames_ > 0 && goes_on(T_last_, best.T_camera_object, kSameTurn);
+    probable_frames_ = is_probable(best) ? (again ? probable_frames_ + 1 : 1) : 0;
+    T_last_ = best.T_camera_object;
   }
   result.iterations = solved_systems_;
   result.ms = times_;
+  return result;
+}
+
+bool Tracker::Impl::goes_on(const Pose& T_from, const Pose& T_to, double turn) const {
+  const Pose motion = T_to * T_from.inverse();
+  const Eigen::Vector3d p_from = T_from * p_object_center_;
+  return rotation_angle(motion.linear()) < turn && (motion * p_from - p_from).norm() < kSamePlace * radius_;
+}
+
+Standing Tracker::Impl::standing(const Estimate& estimate) const {
+  Standing result;
+  result.lost_before = motion_.lost();
+  result.usual_share = usual_share_;
+  // A part of the object may look like another part.
+  result.expected = goes_on(motion_.pose(), estimate.T_camera_object, kNearTurn) ||
+                    goes_on(motion_.predicted(), estimate.T_camera_object, kNearTurn) ||
+                    (probable_frames_ * kAppearancesAFrame >= keyframes_.planned() &&
+                     goes_on(T_last_, estimate.T_camera_object, kSameTurn));
   return result;
 }
 
@@ -295,8 +323,7 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
     result.information = conditioning().information(0.5 * (information + information.transpose()));
   }
   Circumstances circumstances;
-  circumstances.lost_before = motion_.lost();
-  circumstances.usual_share = usual_share_;
+  static_cast<Standing&>(circumstances) = standing(estimate);
   circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode == Mode::standard;
   if (moved_) {
     const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
@@ -358,7 +385,10 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     }
   } else {
     restore(before);
-    if (!motion_.lost()) keyframes_.plan(motion_.pose());
+    if (!motion_.lost()) {
+      keyframes_.plan(motion_.pose());
+      last_places_.clear();
+    }
     motion_.lose();
     if (last_promising_) motion_.suspect(result.T_camera_object);
     result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
@@ -374,7 +404,11 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   const Appearance before = appearance();
   moved_ = false;
   expected_deviation_ = 0;
+  const int probable_frames = probable_frames_;
+  const Pose T_last = T_last_;
   FrameResult result = follow(frame, start, false);
+  probable_frames_ = probable_frames;
+  T_last_ = T_last;
   restore(before);
   return result;
 }
@@ -400,6 +434,7 @@ void Tracker::reset(const Pose& T_camera_object) {
                 "unit (metres) and axes (x right, y down, z forward)");
   }
   impl_->keyframes_.clear();
+  impl_->probable_frames_ = 0;
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;

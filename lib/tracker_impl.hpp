@@ -20,10 +20,12 @@ namespace holdfast {
 /// The tracker's parts and its loop: a frame's life in tracker.cpp, the stages that turn a starting pose into an
 /// estimate in tracker_stages.cpp.
 struct Tracker::Impl {
-  /// Reach of the search over the whole picture, pixels of the level that it is done on: half a picture.
-  static constexpr int kWholePictureRadius = 80;
-  /// Places that are looked at closely of those a search over the whole picture finds in one frame.
-  static constexpr std::size_t kPlacesAFrame = 8;
+  /// Appearances that a lost object is searched for over the whole picture in one frame.
+  static constexpr int kAppearancesAFrame = 32;
+  /// Places of those that are tracked from, and that the next frame looks at again.
+  static constexpr std::size_t kMostPlaces = 3;
+  /// Least side of the object on a level that is still worth comparing there, pixels.
+  static constexpr double kLeastSide = 20;
   static constexpr double kUnknown = 1e9;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
@@ -42,10 +44,23 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
   /// A result below the usual is challenged: starts turned away from it and exposures compete with it.
   Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest);
-  /// Searches the whole picture for the next few remembered appearances; the best places, as starts.
-  std::array<Estimate, kPlacesAFrame> search_everywhere(int level, int coarsest);
-  /// The level that the whole picture is searched on.
-  int recovery_level(int coarsest) const;
+  /// Searches the whole picture for a lost object: coarse to fine, the next few appearances of the plan in each frame.
+  Estimate found_anywhere(const Rect& region);
+  /// A pose and how well the frame's gradients agree with it on some level, at most 1.
+  struct Place {
+    Pose T_camera_object = Pose::Identity();
+    double score = 0;
+  };
+  /// Adds the best place of each of the next few appearances in the whole picture.
+  void sweep(int level, std::vector<Place>& places);
+  /// A place moved by up to `reach` pixels of the level to where it fits best.
+  Place looked_at(const Pose& T_camera_object, int level, int reach);
+  /// A place turned and brought nearer or farther until it fits best.
+  Place turned_to_fit(const Place& place, int level);
+  /// Leaves the best different ones.
+  void keep_best(std::vector<Place>& places, std::size_t count, int level) const;
+  /// Pixels of the frame that the object's bounding sphere was wide when it was last seen.
+  double diameter_pixels() const;
   /// How well the view drawn at a pose with this exposure fits, motion left alone.
   Estimate fit(const Pose& T_camera_object, double exposure, bool light);
   /// Measures how long the shutter is open where motion lets it be seen.
@@ -72,6 +87,13 @@ struct Tracker::Impl {
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  /// Whether a pose may be what the other has become in the next frame.
+  bool goes_on(const Pose& T_from, const Pose& T_to, double turn) const;
+  /// What an estimate must live up to now.
+  Standing standing(const Estimate& estimate) const;
+  bool is_good(const Estimate& estimate) const { return holdfast::is_good(estimate, options_, standing(estimate)); }
+  /// Iterated on new views until the pose stays where it is: a start from far away comes near in few steps only.
+  Estimate settled(const Estimate& estimate);
   /// What the caller is told of an estimate: its verdict and its figures.
   void report(const Estimate& estimate, FrameResult& result) const;
 
@@ -90,6 +112,7 @@ struct Tracker::Impl {
   Photometry photometry_;
   MotionModel motion_;
   Keyframes keyframes_;
+  std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
   std::vector<double> scale_;
   int looked_at_every_ = 1;             ///< row of pixels, in the last sums
   double gradient_pixels_ = 0;          ///< on the finest level, of the last frame that was held
@@ -106,14 +129,16 @@ struct Tracker::Impl {
   int exposure_settled_ = 0;    ///< how often measuring it has changed nothing
   /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
   Pose T_expected_ = Pose::Identity();
-  double expected_deviation_ = 0;  ///< 0: nothing is expected
-  int fast_frames_ = 0;            ///< since it was measured
-  double usual_score_ = 1;         ///< of the coarse stage, running mean
-  double usual_share_ = 0;         ///< of the gradient pixels used, when nothing is in front; 0: not known yet
-  double usual_gain_ = 1;          ///< of the frame over the texture, running mean
-  bool last_promising_ = false;    ///< the last frame's estimate, whether or not it was believed
-  double last_score_ = 0;          ///< of the fine stage, in the last frame
-  double usual_fine_score_ = 1;    ///< of the fine stage, likewise
+  double expected_deviation_ = 0;   ///< 0: nothing is expected
+  int fast_frames_ = 0;             ///< since it was measured
+  double usual_score_ = 1;          ///< of the coarse stage, running mean
+  double usual_share_ = 0;          ///< of the gradient pixels used, when nothing is in front; 0: not known yet
+  double usual_gain_ = 1;           ///< of the frame over the texture, running mean
+  bool last_promising_ = false;     ///< the last frame's estimate, whether or not it was believed
+  Pose T_last_ = Pose::Identity();  ///< likewise
+  int probable_frames_ = 0;         ///< how often in a row, up to there, something that went on was probably the object
+  double last_score_ = 0;           ///< of the fine stage, in the last frame
+  double usual_fine_score_ = 1;     ///< of the fine stage, likewise
 
   /// What a frame that was not held must not change.
   struct Appearance {

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "covariance.hpp"
 #include "stopwatch.hpp"
@@ -14,6 +13,8 @@ namespace {
 constexpr double kConvergedPixels = 0.05, kConvergedPixelsCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
+/// Views that an object found again is looked at in, at most.
+constexpr int kMostSettling = 4;
 /// Longest step of one solution, pixels of the level.
 constexpr double kLongestStep = 3;
 constexpr double kDamping = 1e-6;
@@ -21,8 +22,6 @@ constexpr double kDamping = 1e-6;
 constexpr double kRowsPerObservation = 40;
 /// A start's own uncertainty where nothing is expected: object radii and radians.
 constexpr double kFreeDeviation = 0.3;
-/// Appearances that are searched for in one frame.
-constexpr int kAppearancesAFrame = 8;
 /// What a doubtful result is turned by to start again, radians.
 constexpr double kChallengeTurn = 0.2;
 /// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
@@ -201,6 +200,18 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
   return estimate;
 }
 
+Estimate Tracker::Impl::settled(const Estimate& estimate) {
+  Estimate best = estimate;
+  for (int i = 0; i < kMostSettling; ++i) {
+    const Estimate next = fine_stage(best.T_camera_object, options_.finest_level, -1);
+    if (!next.solved || next.score < best.score) break;
+    const double motion = corner_motion(best.T_camera_object, next.T_camera_object);
+    best = next;
+    if (motion < kRedrawPixels) break;
+  }
+  return best;
+}
+
 Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const {
   Pose result = Pose::Identity();
   result.linear() = Eigen::AngleAxisd(angle, axis) * T_camera_object.linear();
@@ -297,44 +308,6 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
     exposure_ = std::clamp(present + step / (2 + std::min(exposure_settled_, kExposureMemory)), 0.0, 1.0);
     ++exposure_settled_;
   }
-}
-
-int Tracker::Impl::recovery_level(int coarsest) const {
-  // Rougher than tracking needs: the coarser the level, the farther apart appearances may be.
-  int level = std::min(coarsest + 1, options_.levels - 1);
-  while (level + 1 < options_.levels && std::max(camera_.width, camera_.height) >> (level + 1) > kWholePictureRadius) {
-    ++level;
-  }
-  return level;
-}
-
-std::array<Estimate, Tracker::Impl::kPlacesAFrame> Tracker::Impl::search_everywhere(int level, int coarsest) {
-  std::array<Estimate, kPlacesAFrame> best;
-  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
-  // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
-  const double surviving_share = std::exchange(surviving_share_, 0.0);
-  if (level != coarsest) search_.enqueue_gradients(image_, level);
-  for (int i = 0; i < kAppearancesAFrame; ++i) {
-    const Pose T_appearance = keyframes_.next();
-    if (!draw(T_appearance, level, 1)) continue;
-    const Stopwatch watch(times_.search);
-    const ShiftSearch::Result shift = search_.search(view_, image_, level, kWholePictureRadius);
-    // The same appearance on another ray: turned about the camera.
-    const Eigen::Vector3d p_center = T_appearance * p_object_center_;
-    const Eigen::Vector2d pixel = camera.project(p_center) + Eigen::Vector2d(shift.dx, shift.dy);
-    const Eigen::Vector3d ray((pixel.x() - camera.cx) / camera.fx, (pixel.y() - camera.cy) / camera.fy, 1);
-    Estimate place;
-    place.T_camera_object = renormalized(Pose(Keyframes::to_axis(ray).transpose()) * T_appearance);
-    place.score = shift.score;
-    std::size_t rank = kPlacesAFrame;
-    for (; rank > 0 && best[rank - 1].score < place.score; --rank) {
-      if (rank < kPlacesAFrame) best[rank] = best[rank - 1];
-    }
-    if (rank < kPlacesAFrame) best[rank] = place;
-  }
-  surviving_share_ = surviving_share;
-  if (level != coarsest) search_.enqueue_gradients(image_, coarsest);
-  return best;
 }
 
 }  // namespace holdfast

@@ -104,8 +104,17 @@ TEST_CASE("to be found again takes more than to be held on to") {
   CHECK(judge(estimate, {}, lost).status == Status::lost);
   CHECK(judge(estimate, {}, lost).reason == "lost before, and not surely found again");
   CHECK(is_promising(estimate));
-  // Behind an occluder less must do, if it agrees almost perfectly.
+  // Behind an occluder less must do, if it agrees almost perfectly, where the object is expected.
   estimate.sums.used = 1750;
   estimate.correlation = 0.98;
+  CHECK(is_probable(estimate));
+  CHECK(judge(estimate, {}, lost).status == Status::lost);
+  lost.expected = true;
+  CHECK(judge(estimate, {}, lost).status == Status::held);
+  lost.expected = false;
+  // Elsewhere most of what is usual must be seen: another part of the object may look like this one.
+  estimate.sums.used = 2750;
+  CHECK(judge(estimate, {}, lost).status == Status::lost);
+  estimate.sums.used = 2850;
   CHECK(judge(estimate, {}, lost).status == Status::held);
 }

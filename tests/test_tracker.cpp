@@ -434,6 +434,47 @@ TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found 
   }
 }
 
+TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself, and never believed where it is not") {
+  for (const int trial : {0, 1, 2}) {
+    CAPTURE(trial);
+    SequenceOptions options = paper_camera(40, 2, 31);
+    Pose pose = Pose::Identity();
+    pose.linear() =
+        (Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(2.7, Eigen::Vector3d::UnitY()))
+            .toRotationMatrix() *
+        Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose.translation() = Eigen::Vector3d(-0.12, 0.0, 0.85);
+    constexpr int kHidden = 4, kBack = 12;
+    for (int i = 0; i < options.frames; ++i) {
+      if (i == kBack) {
+        const Eigen::Vector3d axis(trial == 0 ? 1 : 0.2, trial == 1 ? -1 : 0.5, trial == 2 ? 1 : -0.2);
+        pose.linear() = Eigen::AngleAxisd(35 / kDegrees, axis.normalized()) * pose.linear();
+        pose.translation() = Eigen::Vector3d(0.16, 0.02 * trial, 0.75 + 0.1 * trial);
+      }
+      options.motion.T_camera_object.push_back(pose);
+    }
+    const Sequence sequence(box(), options);
+    Tracker tracker(box(), sequence.camera());
+    tracker.reset(sequence.pose(0));
+    cv::Mat hidden(sequence.camera().height, sequence.camera().width, CV_8UC3);
+    cv::theRNG().state = 5;
+    cv::randu(hidden, 0, 255);
+    cv::GaussianBlur(hidden, hidden, {}, 2);
+    for (int i = 0; i < kBack + 14; ++i) {
+      CAPTURE(i);
+      const bool visible = i < kHidden || i >= kBack;
+      const FrameResult result = tracker.track(view_of(visible ? sequence.frame(i) : hidden));
+      if (!visible) CHECK(result.status == Status::lost);
+      if (i >= kBack + 10) CHECK(result.status == Status::held);
+      if (result.status == Status::held) {
+        const PoseError error = pose_error(sequence.pose(i), result.T_camera_object);
+        CHECK(error.millimetres < 3);
+        CHECK(error.degrees < 1);
+      }
+    }
+  }
+}
+
 TEST_CASE("partly outside the frame, and leaving it") {
   const Sequence sequence(box(), paper_camera(1, 2, 18));
   SequenceOptions options = paper_camera(12, 8, 18);

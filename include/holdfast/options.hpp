@@ -42,7 +42,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool correlation_search = true;  ///< shift search on the coarsest level
   bool motion_blur = true;        ///< draw the view as blurred as the shutter makes it; how long it is open is measured
   bool challenge = true;          ///< a result worse than usual is challenged by starts turned away from it
-  bool recovery = false;          ///< a lost object is searched over the whole picture in remembered orientations; slow
+  bool recovery = true;           ///< a lost object is searched for over the whole picture; such a frame takes longer
   int search_radius = 32;         ///< of the shift search, pixels of the full frame
   double lost_correlation = 0.5;  ///< below: lost
   double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost
