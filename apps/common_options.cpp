@@ -120,9 +120,11 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
-  add_choice<Mode>(
-      app, "--mode", given_.mode, {{"default", Mode::standard}, {"paper", Mode::paper}},
-      "The paper's own one-solve tracker, or everything on top of it [default, whose values are listed here]")
+  add_choice<Mode>(app, "--mode", given_.mode,
+                   {{"default", Mode::standard}, {"fast", Mode::fast}, {"paper", Mode::paper}},
+                   "The paper's own one-solve tracker, everything on top of it, or that for half the time [default, "
+                   "whose values are "
+                   "listed here]")
       ->group(kTrackerGroup);
 
   add(
@@ -178,6 +180,15 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--finest-level", [](O& o) -> int& { return o.finest_level; }, "0: full resolution, 1: half");
   add(
+      app, "--texture-samples", [](O& o) -> int& { return o.texture_samples; },
+      "Of the rendered view, a pixel: 1, or 4 averaged as light");
+  add(
+      app, "--most-pixels", [](O& o) -> int& { return o.most_pixels; },
+      "An object of more is tracked at half the resolution");
+  add(
+      app, "--enough-pixels", [](O& o) -> int& { return o.enough_pixels; },
+      "With a gradient; of more, only every second to fourth row is looked at");
+  add(
       app, "--iterations", [](O& o) -> int& { return o.iterations; }, "Most solved systems a level");
   add(
       app, "--robust-weights,!--no-robust-weights", [](O& o) -> bool& { return o.robust_weights; },
@@ -215,7 +226,9 @@ void TrackerArguments::add_to(CLI::App& app) {
 }
 
 TrackerOptions TrackerArguments::options() const {
-  TrackerOptions options = given_.mode == Mode::paper ? TrackerOptions::paper() : TrackerOptions();
+  TrackerOptions options = given_.mode == Mode::paper  ? TrackerOptions::paper()
+                           : given_.mode == Mode::fast ? TrackerOptions::fast()
+                                                       : TrackerOptions();
   for (const auto& override_field : overrides_) {
     override_field(options);
   }

@@ -1,4 +1,5 @@
-// The host puts "#version 330 core" and one of TEXTURED, VERTEX_COLORED, UNKNOWN in front of this text.
+// The host puts "#version 330 core" and one of TEXTURED (perhaps SUPERSAMPLED too),
+// VERTEX_COLORED, UNKNOWN in front of this text.
 #ifdef TEXTURED
 in vec2 fragment_coordinate;
 uniform sampler2D surface;
@@ -10,7 +11,7 @@ in vec4 fragment_color;
 out vec4 pixel;
 
 void main() {
-#if defined(TEXTURED)
+#if defined(SUPERSAMPLED)
   // Four samples a pixel, averaged as light (nearly the square of what is encoded), as a camera's pixel does it: two by
   // two of half a pixel each; on a slanted surface four in a row, or it would be blurred across its slant.
   vec2 across = dFdx(fragment_coordinate), down = dFdy(fragment_coordinate), texels = vec2(textureSize(surface, 0));
@@ -26,6 +27,10 @@ void main() {
   vec4 d = texture(surface, fragment_coordinate + step1 + step2, finer);
   vec4 color = vec4(sqrt(0.25 * (a.rgb * a.rgb + b.rgb * b.rgb + c.rgb * c.rgb + d.rgb * d.rgb)),
                     0.25 * (a.a + b.a + c.a + d.a));
+#elif defined(TEXTURED)
+  // Texels of half a pixel, between which bilinear filtering averages over about one; those of a whole pixel would
+  // blur over two and put edges elsewhere.
+  vec4 color = texture(surface, fragment_coordinate, -1.0);
 #elif defined(VERTEX_COLORED)
   vec4 color = fragment_color;
 #else

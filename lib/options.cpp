@@ -27,8 +27,18 @@ TrackerOptions TrackerOptions::paper() {
   options.motion_blur = false;
   options.challenge = false;
   options.recovery = false;
+  options.texture_samples = 1;
   options.levels = 1;
   options.iterations = 1;
+  return options;
+}
+
+TrackerOptions TrackerOptions::fast() {
+  TrackerOptions options;
+  options.mode = Mode::fast;
+  options.texture_samples = 1;
+  options.most_pixels = 16000;
+  options.enough_pixels = 2000;
   return options;
 }
 
@@ -44,6 +54,9 @@ void TrackerOptions::validate() const {
   check(depth_jump > 0, "depth_jump", "positive");
   check(levels >= 1 && levels <= 6, "levels", "in [1, 6]");
   check(finest_level >= 0 && finest_level < levels, "finest_level", "at least 0 and less than the number of levels");
+  check(texture_samples == 1 || texture_samples == 4, "texture_samples", "1 or 4");
+  check(most_pixels >= 1000, "most_pixels", "1000 or more");
+  check(enough_pixels >= 100, "enough_pixels", "100 or more");
   check(iterations >= 1 && iterations <= 100, "iterations", "in [1, 100]");
   check(search_radius >= 0 && search_radius <= 512, "search_radius", "in [0, 512] pixels");
   check(lost_correlation >= -1 && lost_correlation <= 1, "lost_correlation", "in [-1, 1]");

@@ -165,7 +165,7 @@ Eigen::Matrix4d projection(const Camera& camera, const Rect& roi, const DepthRan
 }  // namespace
 
 struct Renderer::Impl {
-  Impl(const Mesh& mesh, int max_width, int max_height);
+  Impl(const Mesh& mesh, int max_width, int max_height, const RendererOptions& options);
 
   DepthRange render(const Pose& T_camera_object, const Camera& camera, const Rect& roi, const RenderTarget& target);
   void set_texture(std::size_t material, const Texture& texture);
@@ -199,7 +199,7 @@ struct Renderer::Impl {
   Eigen::Vector3d half_extent;
 };
 
-Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height)
+Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const RendererOptions& options)
     : context(create_gl_context()),
       gl(context->gl()),
       has_texture_coordinates(!mesh.texture_coordinates.empty()),
@@ -220,11 +220,16 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height)
     fail(ErrorCode::invalid_argument, "the largest region is given as " + size_text(max_width, max_height) +
                                           " pixels; both sides must be in 1 to " + std::to_string(max_size));
   }
+  if (options.texture_samples != 1 && options.texture_samples != 4) {
+    fail(ErrorCode::invalid_argument,
+         "texture_samples is " + std::to_string(options.texture_samples) + "; it must be 1 or 4");
+  }
   widths = size_classes(max_width);
   heights = size_classes(max_height);
   framebuffers.resize(widths.size() * heights.size());
 
-  programs = {link("TEXTURED"), link("VERTEX_COLORED"), link("UNKNOWN")};
+  programs = {link(options.texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED"),
+              link("VERTEX_COLORED"), link("UNKNOWN")};
   gl.enable(GL_DEPTH_TEST);
   gl.depth_func(GL_LESS);
   gl.disable(GL_DITHER);
@@ -517,9 +522,9 @@ void Renderer::Impl::set_texture(std::size_t material, const Texture& texture) {
   warm_up();
 }
 
-Renderer::Renderer(const Mesh& mesh, int max_width, int max_height) {
+Renderer::Renderer(const Mesh& mesh, int max_width, int max_height, const RendererOptions& options) {
   mesh.validate();
-  impl_ = std::make_unique<Impl>(mesh, max_width, max_height);
+  impl_ = std::make_unique<Impl>(mesh, max_width, max_height, options);
   impl_->warm_up();
 }
 Renderer::~Renderer() = default;

@@ -12,13 +12,13 @@
 namespace holdfast {
 namespace {
 
+/// Of the size at which a level is left, the one at which it is taken again.
+constexpr double kSmaller = 0.8;
 /// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
 constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
 constexpr double kMostCorrection = 1.5;
-/// Pixels with a gradient that are enough for a pose; where there are more, every second to fourth row is looked at.
-constexpr double kEnoughPixels = 8000;
-constexpr int kMostThinning = 4;
+constexpr int kMostThinning = 4;  ///< every fourth row
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from constant velocity: object radii and radians, standard deviation.
@@ -70,7 +70,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma),
-      view_(device.impl(), validated(mesh), camera, levels_, filter_),
+      view_(device.impl(), validated(mesh), camera, levels_, filter_, options.texture_samples),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
@@ -110,7 +110,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
 
 OcclusionOptions Tracker::Impl::tests_of(int level) const {
   OcclusionOptions tests = options_.occlusion;
-  if (level > options_.finest_level) {
+  if (level > finest_) {
     tests.angle_maximum = std::max(tests.angle_maximum, kCoarseAngle);
     tests.difference_relative = std::max(tests.difference_relative, kCoarseDifference);
     tests.vote_share = std::min(tests.vote_share, kCoarseVote);
@@ -120,8 +120,8 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const double pixels = gradient_pixels_ / (1 << (2 * (level - options_.finest_level)));
-  return std::clamp(static_cast<int>(std::lround(pixels / kEnoughPixels)), 1, kMostThinning);
+  const double pixels = gradient_pixels_ / (1 << (2 * (level - finest_)));
+  return std::clamp(static_cast<int>(std::lround(pixels / options_.enough_pixels)), 1, kMostThinning);
 }
 
 kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, int every) {
@@ -148,7 +148,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
-  if (level == options_.finest_level) photometry_.eliminate(constraints_, options, sums);
+  if (level == finest_) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
@@ -156,9 +156,26 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   return sums;
 }
 
+void Tracker::Impl::choose_finest_level() {
+  int level = options_.finest_level;
+  const auto many = [&](int at_level) {
+    // Once coarser, the object must become clearly smaller to be seen in full again.
+    return options_.most_pixels * (at_level < finest_ ? kSmaller : 1.0) * (1 << (2 * at_level));
+  };
+  while (options_.mode != Mode::paper && level + 1 < options_.levels && visible_pixels_ > many(level)) ++level;
+  if (level == finest_) return;
+  gradient_pixels_ = 0;
+  usual_fine_score_ = 0;
+  finest_ = level;
+}
+
+void Tracker::Impl::remember_score(const Estimate& good) {
+  usual_fine_score_ += (usual_fine_score_ > 0 ? kScoreMemory : 1) * (good.score - usual_fine_score_);
+}
+
 template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
-  const int finest = options_.finest_level;
+  const int finest = finest_;
   const double most = kMostCorrection * (1 << finest);
   if (motion_.lost() || !motion_.moving() || prediction_error_ > most) return false;
   const Rect object = view_.bounds(T_predicted);
@@ -175,7 +192,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
   }
   best = estimate;
   if (options_.motion_blur) measure_exposure(best);
-  usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
+  remember_score(best);
   return true;
 }
 
@@ -188,6 +205,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
+    choose_finest_level();
     const bool recovering = search && options_.recovery && motion_.lost();
     Rect wanted;
     for (int i = 0; i < hypotheses.count; ++i)
@@ -196,7 +214,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     const double side = std::sqrt(0.6 * object.width * object.height);
     int coarsest = 0;
     while (coarsest + 1 < options_.levels && side / (2 << coarsest) >= kLeastSide) ++coarsest;
-    coarsest = std::max(coarsest, options_.finest_level);
+    coarsest = std::max(coarsest, finest_);
     const int margin =
         ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
     if (recovering) wanted = {0, 0, camera_.width, camera_.height};
@@ -210,8 +228,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       if (options_.mode == Mode::paper) {
         best = track_once(hypotheses.poses[0]);
       } else {
-        const int coarse_finest = std::max(coarsest - 1, options_.finest_level);
-        const bool coarse = coarsest > options_.finest_level;
+        const int coarse_finest = std::max(coarsest - 1, finest_);
+        const bool coarse = coarsest > finest_;
         const auto as_usual = [&](const Estimate& estimate) {
           return motion_.lost() || estimate.score > kUsualScore * usual_fine_score_;
         };
@@ -246,7 +264,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
           add_start(plain);
         }
-        const int lit_level = coarse && coarse_finest > options_.finest_level ? coarse_finest : -1;
+        const int lit_level = coarse && coarse_finest > finest_ ? coarse_finest : -1;
         const auto try_start = [&](const Estimate& start, int fine_coarsest) {
           const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
           if (best.score < 0 || estimate.score > best.score) best = estimate;
@@ -254,9 +272,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         };
         // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
         // there.
-        const int one_finer = std::max(coarse_finest - 1, options_.finest_level);
-        bool found = start_count > 0 && starts[0].score > 0 && one_finer > options_.finest_level &&
-                     try_start(starts[0], options_.finest_level);
+        const int one_finer = std::max(coarse_finest - 1, finest_);
+        bool found = start_count > 0 && starts[0].score > 0 && one_finer > finest_ && try_start(starts[0], finest_);
         if (found && corner_motion(starts[0].T_camera_object, best.T_camera_object) > kMostCorrection) {
           found = false;
           best.score = -1;
@@ -273,7 +290,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
         if (is_good(best)) {
           if (coarse && !elsewhere) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
-          usual_fine_score_ += kScoreMemory * (best.score - usual_fine_score_);
+          remember_score(best);
         }
       }
     }
@@ -310,7 +327,7 @@ Standing Tracker::Impl::standing(const Estimate& estimate) const {
 
 void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const {
   const ConstraintSums& sums = estimate.sums;
-  result.visible_pixels = static_cast<int>(sums.visible) * looked_at_every_;
+  result.visible_pixels = static_cast<int>(sums.visible) * looked_at_every_ << (2 * finest_);
   result.usable_pixels = static_cast<int>(sums.usable);
   result.gradient_pixels = static_cast<int>(sums.gradient);
   result.passed_pixels = static_cast<int>(sums.passed);
@@ -324,7 +341,7 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   }
   Circumstances circumstances;
   static_cast<Standing&>(circumstances) = standing(estimate);
-  circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode == Mode::standard;
+  circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode != Mode::paper;
   if (moved_) {
     const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
     circumstances.blur_pixels = exposure_ * motion;
@@ -363,17 +380,18 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
-  const bool search = options_.correlation_search && options_.mode == Mode::standard;
+  const bool search = options_.correlation_search && options_.mode != Mode::paper;
   const Appearance before = appearance();
-  moved_ = !motion_.lost() && options_.mode == Mode::standard;
+  moved_ = !motion_.lost() && options_.mode != Mode::paper;
   expected_deviation_ = moved_ && motion_.moving() && options_.predict_velocity ? kExpectedDeviation : 0;
   if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
-      follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode == Mode::standard), search);
+      follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
+    visible_pixels_ = result.visible_pixels;
     gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
-    surviving_share_ = std::min(
-        1.0, static_cast<double>(result.usable_pixels) * looked_at_every_ / std::max(1, result.visible_pixels));
+    surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) * (looked_at_every_ << (2 * finest_)) /
+                                         std::max(1, result.visible_pixels));
     prediction_error_ = motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : kUnknown;
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
@@ -444,6 +462,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->surviving_share_ = 1;
   impl_->gradient_pixels_ = 0;
   impl_->prediction_error_ = Impl::kUnknown;
+  impl_->visible_pixels_ = 0;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

@@ -36,6 +36,8 @@ struct Tracker::Impl {
 
   template <typename Frame>
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
+  /// Large objects need no full resolution: sets the finest level by the size that the object last had.
+  void choose_finest_level();
   /// Goes straight to the finest level from where the object was expected; false when that may not be enough.
   template <typename Frame>
   bool follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best);
@@ -94,6 +96,7 @@ struct Tracker::Impl {
   bool is_good(const Estimate& estimate) const { return holdfast::is_good(estimate, options_, standing(estimate)); }
   /// Iterated on new views until the pose stays where it is: a start from far away comes near in few steps only.
   Estimate settled(const Estimate& estimate);
+  void remember_score(const Estimate& good);
   /// What the caller is told of an estimate: its verdict and its figures.
   void report(const Estimate& estimate, FrameResult& result) const;
 
@@ -116,6 +119,7 @@ struct Tracker::Impl {
   std::vector<double> scale_;
   int looked_at_every_ = 1;             ///< row of pixels, in the last sums
   double gradient_pixels_ = 0;          ///< on the finest level, of the last frame that was held
+  double visible_pixels_ = 0;           ///< in the last frame that was held; 0: none since the start
   double prediction_error_ = kUnknown;  ///< of the last frame that was held, pixels that it moves a corner by
   double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   bool started_ = false;
@@ -123,6 +127,7 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
+  int finest_ = 0;              ///< level that this frame's pose comes from
   bool moved_ = false;          ///< the last pose was the frame before this one's
   double exposure_ = 0;         ///< share of the time between frames that the shutter is open
   bool exposed_light_ = false;  ///< what adds up meanwhile is light, not encoded values

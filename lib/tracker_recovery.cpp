@@ -133,7 +133,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
     while (level + 1 < options_.levels && diameter / (2 << level) >= least) ++level;
     return level;
   };
-  const int finest = options_.finest_level;
+  const int finest = finest_;
   const int coarsest = std::max(std::min(finest + 1, options_.levels - 1), coarsest_with(kLeastSide / 0.55, finest));
   const int swept = coarsest_with(kLeastDiameter, coarsest);
   const int closer = std::min(coarsest + 1, swept);

@@ -113,11 +113,11 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
     const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
-    if (motion < (level > options_.finest_level ? kConvergedPixelsCoarse : kConvergedPixels)) break;
+    if (motion < (level > finest_ ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
-  if (level == options_.finest_level && estimate.solved) {
+  if (level == finest_ && estimate.solved) {
     const double expected = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
     const double weight = expectation_weight(estimate.sums);
     estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
@@ -173,7 +173,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
 Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
-  const int finest = options_.finest_level;
+  const int finest = finest_;
   for (int redraw = 0; redraw < 2; ++redraw) {
     const Pose T_drawn = estimate.T_camera_object;
     const int top = redraw == 0 ? coarsest : finest;
@@ -203,7 +203,7 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
 Estimate Tracker::Impl::settled(const Estimate& estimate) {
   Estimate best = estimate;
   for (int i = 0; i < kMostSettling; ++i) {
-    const Estimate next = fine_stage(best.T_camera_object, options_.finest_level, -1);
+    const Estimate next = fine_stage(best.T_camera_object, finest_, -1);
     if (!next.solved || next.score < best.score) break;
     const double motion = corner_motion(best.T_camera_object, next.T_camera_object);
     best = next;
@@ -221,7 +221,7 @@ Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& a
 
 Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int coarse_finest) {
   Estimate best = doubtful;
-  const int fine_coarsest = std::max(coarse_finest - 1, options_.finest_level);
+  const int fine_coarsest = std::max(coarse_finest - 1, finest_);
   const auto compete = [&](const Pose& T_start) {
     const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
     if (estimate.score > best.score) best = estimate;
@@ -263,7 +263,7 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
 Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool light) {
   Estimate estimate;
   estimate.T_camera_object = T_camera_object;
-  const int level = options_.finest_level;
+  const int level = finest_;
   const double exposure_before = std::exchange(exposure_, exposure);
   const bool light_before = std::exchange(exposed_light_, light);
   const bool drawn = draw(T_camera_object, level, 1);

@@ -42,10 +42,15 @@ TEST_CASE("Without options a mode's own values stand") {
   CHECK(paper.levels == wanted.levels);
   CHECK(paper.robust_weights == wanted.robust_weights);
   CHECK(paper.occlusion.difference_relative == wanted.occlusion.difference_relative);
+  const TrackerOptions fast = parsed({"--mode", "fast"});
+  CHECK(fast.mode == Mode::fast);
+  CHECK(fast.most_pixels == TrackerOptions::fast().most_pixels);
+  CHECK(fast.texture_samples == 1);
+  CHECK(fast.levels == standard.levels);
 }
 
-TEST_CASE("An option changes its field in either mode, and no other") {
-  for (const char* mode : {"default", "paper"}) {
+TEST_CASE("An option changes its field in any mode, and no other") {
+  for (const char* mode : {"default", "fast", "paper"}) {
     CAPTURE(mode);
     const TrackerOptions base = parsed({"--mode", mode});
     const TrackerOptions changed = parsed({"--mode", mode, "--blur-sigma", "1.75", "--no-angle-test", "--all-channels",

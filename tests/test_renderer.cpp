@@ -76,7 +76,8 @@ struct Comparison {
   double color_error = 0;  ///< grey levels, largest
 };
 
-Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, const View& view, bool repeat = false) {
+Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, const View& view, bool repeat = false,
+                   int texture_samples = 4) {
   Comparison result;
   const RayCaster caster(mesh, pose);
   for (int row = 0; row < view.roi.height; ++row) {
@@ -111,7 +112,8 @@ Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, con
       }
       ++result.surface_pixels;
       result.depth_error = std::max(result.depth_error, std::abs(view.depth(column, row) / hit->depth - 1));
-      const Eigen::Vector4d color = caster.pixel_color(camera, center, *hit, repeat);
+      const Eigen::Vector4d color =
+          texture_samples == 1 ? caster.color(*hit, repeat) : caster.pixel_color(camera, center, *hit, repeat);
       const double threshold = 0.98 * 255;
       if (std::abs(color[3] - threshold) > 2) {  // the renderer filters alpha in 8 bits
         result.alpha_errors += pixel[3] == (color[3] > threshold ? 255 : 0) ? 0 : 1;
@@ -299,13 +301,17 @@ TEST_CASE("Closed meshes are told from others, and without their backs look the 
 TEST_CASE("A finely textured quad, magnified, has the bilinear colours") {
   const Mesh mesh = quad(random_texture(64, 48, 9));
   const Camera camera{321, 243, 611.7, 587.2, 171.3, 109.6, {}};
-  Renderer renderer(mesh, camera.width, camera.height);
-  for (const Eigen::Vector3d& rotation : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.3, -0.4, 0.2)}) {
-    const Pose pose = pose_at({-0.01, 0.02, 0.45}, rotation);
-    const Comparison comparison = compare(mesh, pose, camera, draw(renderer, pose, camera, whole(camera)));
-    check_geometry(comparison);
-    CHECK(comparison.colors > 30000);
-    CHECK(comparison.color_error <= 2);
+  for (const int samples : {1, 4}) {
+    CAPTURE(samples);
+    Renderer renderer(mesh, camera.width, camera.height, {samples});
+    for (const Eigen::Vector3d& rotation : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0.3, -0.4, 0.2)}) {
+      const Pose pose = pose_at({-0.01, 0.02, 0.45}, rotation);
+      const View view = draw(renderer, pose, camera, whole(camera));
+      const Comparison comparison = compare(mesh, pose, camera, view, false, samples);
+      check_geometry(comparison);
+      CHECK(comparison.colors > 30000);
+      CHECK(comparison.color_error <= 2);
+    }
   }
 }
 
@@ -705,6 +711,7 @@ TEST_CASE("Misuse is an error with its code") {
   CHECK(code_of([] { Renderer(Mesh{}, 64, 64); }) == ErrorCode::model);
   CHECK(code_of([] { Renderer(quad(random_texture(20000, 1, 1)), 64, 64); }) == ErrorCode::model);
   CHECK(code_of([&] { Renderer(mesh, 0, 64); }) == ErrorCode::invalid_argument);
+  CHECK(code_of([&] { Renderer(mesh, 64, 64, {3}); }) == ErrorCode::invalid_argument);
   CHECK(code_of([&] { Renderer(mesh, 64, 1 << 20); }) == ErrorCode::invalid_argument);
   Mesh bare = quad({});
   bare.texture_coordinates.clear();

@@ -124,6 +124,29 @@ TEST_CASE("default mode holds a box that moves and is lit from one side") {
   CHECK(result.largest_degrees() < 0.5);
 }
 
+TEST_CASE("fast mode holds it too, a large object at half the resolution") {
+  const Sequence sequence(box(), paper_camera(40, 6, 3));
+  const Run full = run(sequence, {}), fast = run(sequence, TrackerOptions::fast());
+  CHECK(fast.held == sequence.size());
+  CHECK(fast.largest_millimetres() < 4);
+  CHECK(fast.largest_degrees() < 1);
+  TrackerOptions some = TrackerOptions::fast();
+  const auto size_in = [](const Run& run, std::size_t i) { return static_cast<double>(run.results[i].visible_pixels); };
+  double largest = 0, smallest = 1e9;
+  for (std::size_t i = 0; i < full.results.size(); ++i) {
+    // Counted in the frame's pixels, whatever the level.
+    CHECK(size_in(fast, i) == doctest::Approx(size_in(full, i)).epsilon(0.02));
+    CHECK(size_in(full, i) > some.most_pixels);
+    largest = std::max(largest, size_in(full, i));
+    smallest = std::min(smallest, size_in(full, i));
+  }
+  // A limit among the sizes that occur: both resolutions follow one another.
+  some.most_pixels = static_cast<int>(0.5 * (largest + smallest));
+  const Run changing = run(sequence, some);
+  CHECK(changing.held == sequence.size());
+  CHECK(changing.largest_millimetres() < 4);
+}
+
 TEST_CASE("default mode holds on behind a white bar, and uses none of it") {
   SequenceOptions options = paper_camera(40, 4, 5);
   simulation::OccluderOptions bar;

@@ -21,6 +21,7 @@ struct OcclusionOptions {
 
 enum class Mode {
   standard,  ///< "default": iterated, robust, coarse to fine, photometric compensation
+  fast,      ///< as standard, with options that cost accuracy and save time
   paper,     ///< one render, one solve, as de Ruiter and Benhabib (2008)
 };
 
@@ -34,6 +35,9 @@ struct HOLDFAST_EXPORT TrackerOptions {
   double depth_jump = 0.02;        ///< relative depth step that counts as a jump
   int levels = 4;                  ///< most pyramid levels; small objects use fewer
   int finest_level = 0;            ///< 0: full resolution; 1: half
+  int texture_samples = 4;         ///< of the rendered view, a pixel: 1, or 4 averaged as light
+  int most_pixels = 1000000;       ///< an object of more is tracked at half the resolution (quarter, ...)
+  int enough_pixels = 8000;        ///< with a gradient; where more are seen, every second to fourth row is looked at
   int iterations = 5;              ///< most solved systems a level
   bool robust_weights = true;      ///< Student-t weights on what passes the tests
   bool photometric = true;         ///< gain and bias a channel, global and a tile
@@ -49,6 +53,9 @@ struct HOLDFAST_EXPORT TrackerOptions {
 
   /// The paper's own mode: thresholds and tests as published, one solve a frame.
   static TrackerOptions paper();
+
+  /// Default mode for half its time and somewhat less accuracy (docs/performance.md has both).
+  static TrackerOptions fast();
 
   /// Throws Error(invalid_argument) naming the field that is out of range.
   void validate() const;

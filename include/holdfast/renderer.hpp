@@ -26,19 +26,25 @@ struct DepthRange {
   double far_plane = 0;   ///< metres
 };
 
+struct RendererOptions {
+  int texture_samples = 4;  ///< bilinear samples a pixel: 1, or 4 averaged as light, at four times the cost
+};
+
 /// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
 /// thread at a time, any thread.
 class HOLDFAST_EXPORT Renderer {
  public:
   /// `max_width` x `max_height`: the largest region that render() will be asked for, pixels.
-  /// Throws Error(renderer) when OSMesa is missing or does not draw, Error(model) for a mesh that cannot be drawn.
-  Renderer(const Mesh& mesh, int max_width, int max_height);
+  /// Throws Error(renderer) when OSMesa is missing or does not draw, Error(model) for a mesh that cannot be drawn,
+  /// Error(invalid_argument) for a size or an option out of range.
+  Renderer(const Mesh& mesh, int max_width, int max_height, const RendererOptions& options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
   /// Draws the pixels `roi` (may reach outside the camera's frame) of the view at `T_camera_object`; rows from the top
-  /// down; lens distortion is not drawn. Textures are filtered linearly within mipmaps, nearest between them.
+  /// down; lens distortion is not drawn. Textures are sampled linearly within mipmaps of half a pixel a texel,
+  /// nearest between them (docs/math.md).
   /// Returns the depth range of this view. When the object is not in front of the camera nothing is drawn.
   /// Throws Error(invalid_argument) for a region that is empty, larger than the maximum or wider than the stride,
   /// Error(pose) for a pose that is not finite, Error(renderer) when OSMesa fails.

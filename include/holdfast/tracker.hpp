@@ -32,7 +32,7 @@ struct FrameResult {
   Pose T_camera_object = Pose::Identity();
   Status status = Status::lost;
   std::string reason;       ///< in words, why the object is lost or hard to hold; empty when all is well
-  int visible_pixels = 0;   ///< pixels of the rendered object inside the frame, estimated from the rows looked at
+  int visible_pixels = 0;   ///< pixels of the rendered object inside the frame, estimated from what was looked at
   int usable_pixels = 0;    ///< of these, known texture, off the margin, in the search region, in a row looked at
   int gradient_pixels = 0;  ///< of these, with a gradient in the rendered view, or one in the frame that fails (7)
   int passed_pixels = 0;    ///< of these, passing the occlusion tests (5) to (7)

@@ -108,8 +108,9 @@ struct NamedMode {
   const char* name;
   TrackerOptions options;
 };
-const std::array<NamedMode, 2>& modes() {
-  static const std::array<NamedMode, 2> modes{{{"default", TrackerOptions()}, {"paper", TrackerOptions::paper()}}};
+const std::array<NamedMode, 3>& modes() {
+  static const std::array<NamedMode, 3> modes{
+      {{"default", TrackerOptions()}, {"fast", TrackerOptions::fast()}, {"paper", TrackerOptions::paper()}}};
   return modes;
 }
 

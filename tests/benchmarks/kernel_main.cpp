@@ -123,6 +123,7 @@ int main(int argc, char** argv) {
     for (const bench::FrameSize& size : bench::kFrameSizes) {
       const bench::Scene& scene = scenes.get(size.scene());
       result["default/" + size.name()] = bench::profile_frames(limits, scene, TrackerOptions());
+      result["fast/" + size.name()] = bench::profile_frames(limits, scene, TrackerOptions::fast());
       result["paper/" + size.name()] = bench::profile_frames(limits, scene, TrackerOptions::paper());
     }
     std::cout << result.dump(1) << '\n';

@@ -11,7 +11,7 @@ matplotlib.rcParams["svg.hashsalt"] = "holdfast"  # the same picture for the sam
 from matplotlib import pyplot  # noqa: E402
 
 SIZES = ("512x256", "640x480", "1280x720")
-MODES = ("default", "paper")
+MODES = ("default", "fast", "paper")
 STAGES = ("upload", "filter", "render", "search", "solve")
 
 

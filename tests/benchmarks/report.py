@@ -5,7 +5,7 @@ import os
 import sys
 
 SIZES = ("512x256", "640x480", "1280x720")
-MODES = ("default", "paper")
+MODES = ("default", "fast", "paper")
 # Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
 # one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
 # kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode).
