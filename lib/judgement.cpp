@@ -12,6 +12,10 @@ constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
 /// Of the usual share, what is enough anywhere.
 constexpr double kFoundAtOnce = 0.8;
+/// What is enough to be held on to where it was not expected; with less, fast motion was followed wrongly.
+constexpr double kSurprisingShare = 0.25, kSurprisingCorrelation = 0.9;
+/// The usual share where it is not known yet.
+constexpr double kOrdinaryShare = 0.8;
 /// What it takes to be held on to with less than `lost_visible_share`: pixels that agree very well and say of every
 /// motion more than was expected anyway (object radii and radians, standard deviation; expected are 0.05).
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
@@ -44,9 +48,13 @@ bool is_good(const Estimate& estimate, const TrackerOptions& options, const Stan
   if (!estimate.solved) return false;
   const double share = estimate.used_share();
   if (estimate.correlation < options.lost_correlation) return false;
-  if (share < options.lost_visible_share) return !standing.lost_before && is_sure_sliver(estimate);
-  if (!standing.lost_before) return true;
-  const double usual_share = standing.usual_share > 0 ? standing.usual_share : 1;
+  if (share < options.lost_visible_share)
+    return !standing.lost_before && !standing.surprising && is_sure_sliver(estimate);
+  if (!standing.lost_before) {
+    return !standing.surprising || is_probable(estimate) ||
+           (share >= kSurprisingShare && estimate.correlation >= kSurprisingCorrelation);
+  }
+  const double usual_share = standing.usual_share > 0 ? standing.usual_share : kOrdinaryShare;
   return is_probable(estimate) && (standing.expected || share >= kFoundAtOnce * usual_share);
 }
 
@@ -94,6 +102,7 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Cir
     return {Status::lost, why_little_agrees(estimate, circumstances)};
   }
   if (estimate.correlation < options.lost_correlation) return {Status::lost, "the frame does not look like the model"};
+  if (!circumstances.lost_before) return {Status::lost, "occluded, or motion too fast"};
   return {Status::lost, "lost before, and not surely found again"};
 }
 

@@ -25,6 +25,8 @@ constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 constexpr double kExpectedDeviation = 0.05;
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
+/// Pixels from where constant velocity leads, beyond which a pose is as doubtful as after a loss.
+constexpr double kSurprise = 15;
 /// A pose within this many radians and object radii of the last frame's may be the same object moving on.
 constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
 /// What is seen in part is believed at once where the object was lost or would have gone, turned by no more than these
@@ -281,12 +283,19 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
         if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
         bool elsewhere = false;
-        if (recovering && !is_good(best)) {
-          const Estimate found_there = found_anywhere(region);
+        if (options_.recovery && search && !is_good(best)) {
+          const Rect whole = image_.region({0, 0, camera_.width, camera_.height});
+          if (!motion_.lost()) {
+            keyframes_.plan(motion_.pose());
+            last_places_.clear();
+            const Stopwatch watch(times_.upload);
+            image_.enqueue_upload(frame, whole);
+          }
+          const Estimate found_there = found_anywhere(whole);
           elsewhere = found_there.score > best.score;
           if (elsewhere) best = found_there;
         }
-        if (motion_.lost() && is_probable(best)) best = settled(best);
+        if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
         if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
         if (is_good(best)) {
           if (coarse && !elsewhere) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
@@ -316,6 +325,7 @@ bool Tracker::Impl::goes_on(const Pose& T_from, const Pose& T_to, double turn) c
 Standing Tracker::Impl::standing(const Estimate& estimate) const {
   Standing result;
   result.lost_before = motion_.lost();
+  result.surprising = moved_ && corner_motion(motion_.predicted(), estimate.T_camera_object) > kSurprise;
   result.usual_share = usual_share_;
   // A part of the object may look like another part.
   result.expected = goes_on(motion_.pose(), estimate.T_camera_object, kNearTurn) ||
@@ -403,10 +413,6 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     }
   } else {
     restore(before);
-    if (!motion_.lost()) {
-      keyframes_.plan(motion_.pose());
-      last_places_.clear();
-    }
     motion_.lose();
     if (last_promising_) motion_.suspect(result.T_camera_object);
     result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();

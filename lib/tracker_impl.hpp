@@ -59,6 +59,10 @@ struct Tracker::Impl {
   Place looked_at(const Pose& T_camera_object, int level, int reach);
   /// A place turned and brought nearer or farther until it fits best.
   Place turned_to_fit(const Place& place, int level);
+  /// The coarse stage, on new views while they fit better.
+  Estimate coarsely_settled(const Pose& T_start, int coarsest, int finest);
+  /// What is found, or what it may have been taken for, whichever fits better.
+  Estimate best_of_rivals(const Estimate& found, int closer, int coarsest, int coarse_finest);
   /// Leaves the best different ones.
   void keep_best(std::vector<Place>& places, std::size_t count, int level) const;
   /// Pixels of the frame that the object's bounding sphere was wide when it was last seen.

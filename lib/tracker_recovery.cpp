@@ -21,6 +21,12 @@ constexpr std::array<double, 2> kTurns = {0.2, 0.1}, kStretches = {0.1, 0.05};
 constexpr double kNearest = 0.6, kFarthest = 1.7;
 /// Pixels that a closer look may move a place by, and one from the last frame.
 constexpr int kCloserReach = 4, kTurnedReach = 2, kLastReach = 10;
+/// A plane that is far away looks much the same tilted either way: what is found is compared with itself turned by
+/// these about the picture's axes, radians; so many of those go through all stages.
+constexpr std::array<double, 4> kRivalTurns = {-0.8, -0.45, 0.45, 0.8};
+constexpr std::size_t kRivals = 3;
+/// Views that a start is looked at in on coarse levels, at most.
+constexpr int kMostCoarseStages = 3;
 /// A place this near to a better one, pixels of the level and radians, is the same.
 constexpr double kSamePlacePixels = 3, kSamePlaceTurn = 0.3;
 /// Share of the usual coarse score below which a start is not worth a finer level.
@@ -124,6 +130,43 @@ void Tracker::Impl::keep_best(std::vector<Place>& places, std::size_t count, int
   places.resize(std::min(kept, places.size()));
 }
 
+Estimate Tracker::Impl::coarsely_settled(const Pose& T_start, int coarsest, int finest) {
+  // From so far away once is not enough.
+  Estimate estimate = coarse_stage(T_start, true, coarsest, finest);
+  for (int i = 1; i < kMostCoarseStages && estimate.solved && estimate.score < usual_score_; ++i) {
+    const Estimate again = coarse_stage(estimate.T_camera_object, true, coarsest, finest);
+    if (again.score <= estimate.score) break;
+    estimate = again;
+  }
+  return estimate;
+}
+
+Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int coarsest, int coarse_finest) {
+  Estimate best = found;
+  const double surviving_share = std::exchange(surviving_share_, 0.0);
+  const bool moved = std::exchange(moved_, false);
+  search_.enqueue_gradients(image_, closer);
+  places_.clear();
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const double turn : kRivalTurns) {
+      const Pose T_rival = turned(found.T_camera_object, Eigen::Vector3d::Unit(axis), turn);
+      places_.push_back(turned_to_fit(looked_at(T_rival, closer, kTurnedReach), closer));
+    }
+  }
+  keep_best(places_, kRivals, closer);
+  surviving_share_ = surviving_share;
+  moved_ = moved;
+  search_.enqueue_gradients(image_, coarsest);
+  for (const Place& place : places_) {
+    const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
+    if (start.score < kHopelessScore * usual_score_) continue;
+    const Estimate rival =
+        settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, options_.finest_level), -1));
+    if (rival.score > best.score) best = rival;
+  }
+  return best;
+}
+
 Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   Estimate best;
   best.T_camera_object = motion_.pose();
@@ -144,6 +187,9 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   }
   // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
   const double surviving_share = std::exchange(surviving_share_, 0.0);
+  // Nothing is known of its motion either.
+  const bool moved = std::exchange(moved_, false);
+  const double expected_deviation = std::exchange(expected_deviation_, 0.0);
   places_.clear();
   sweep(swept, places_);
   keep_best(places_, kPlacesLookedAt, swept);
@@ -155,18 +201,14 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   for (Place& place : places_) place = turned_to_fit(place, closer);
   keep_best(places_, kMostPlaces, closer);
   surviving_share_ = surviving_share;
+  moved_ = moved;
 
   search_.enqueue_gradients(image_, coarsest);
   last_places_.clear();
   std::array<Estimate, kMostPlaces> starts;
   std::size_t count = 0;
   for (const Place& place : places_) {
-    // From so far away once is not enough.
-    Estimate start = coarse_stage(place.T_camera_object, true, coarsest, coarse_finest);
-    if (start.solved && start.score < usual_score_) {
-      const Estimate again = coarse_stage(start.T_camera_object, true, coarsest, coarse_finest);
-      if (again.score > start.score) start = again;
-    }
+    const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
     if (start.score >= kHopelessScore * usual_score_) {
       std::size_t rank = count++;
       for (; rank > 0 && starts[rank - 1].score < start.score; --rank) starts[rank] = starts[rank - 1];
@@ -179,6 +221,8 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
     if (estimate.score > best.score) best = estimate;
     if (is_good(best)) break;
   }
+  if (is_probable(best)) best = best_of_rivals(best, closer, coarsest, coarse_finest);
+  expected_deviation_ = expected_deviation;
   return best;
 }
 

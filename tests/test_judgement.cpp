@@ -118,3 +118,20 @@ TEST_CASE("to be found again takes more than to be held on to") {
   estimate.sums.used = 2850;
   CHECK(judge(estimate, {}, lost).status == Status::held);
 }
+
+TEST_CASE("to be held where it was not expected takes more") {
+  Estimate estimate = fine();
+  Circumstances surprising = usual();
+  surprising.surprising = true;
+  CHECK(judge(estimate, {}, surprising).status == Status::held);
+  estimate.sums.used = 1000;
+  CHECK(judge(estimate, {}, usual()).status == Status::held);
+  CHECK(judge(estimate, {}, surprising).status == Status::lost);
+  CHECK(judge(estimate, {}, surprising).reason == "occluded, or motion too fast");
+  estimate.sums.used = 1300;
+  CHECK(judge(estimate, {}, surprising).status == Status::held);
+  estimate.correlation = 0.88;
+  CHECK(judge(estimate, {}, surprising).status == Status::lost);
+  estimate.sums.used = 2100;
+  CHECK(judge(estimate, {}, surprising).status == Status::held);
+}
