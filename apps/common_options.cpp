@@ -160,6 +160,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--vote-share", [](O& o) -> double& { return o.occlusion.vote_share; },
       "Share of the neighbourhood's gradient pixels that must pass");
+  add(
+      app, "--vote-relative,!--no-vote-relative", [](O& o) -> bool& { return o.occlusion.vote_relative; },
+      "The vote asks for a share of what passes where nothing is in front");
 
   add(
       app, "--redundancy,!--no-redundancy", [](O& o) -> bool& { return o.redundancy; },

@@ -19,6 +19,8 @@ TrackerOptions TrackerOptions::paper() {
   options.mode = Mode::paper;
   options.occlusion.block_vote = false;
   options.occlusion.difference_relative = 0;
+  options.occlusion.vote_share = 0.5;
+  options.occlusion.vote_relative = true;
   options.redundancy = true;
   options.robust_weights = false;
   options.photometric = false;

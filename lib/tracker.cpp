@@ -100,7 +100,8 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.cy = static_cast<float>(levels_[l].camera.cy);
   k.block_vote = options_.occlusion.block_vote ? 1 : 0;
   k.vote_radius = std::max(1, HF_VOTE_RADIUS - level);
-  k.vote_share = static_cast<float>(tests_of(level).vote_share);
+  k.vote_share =
+      static_cast<float>(tests_of(level).vote_share * (options_.occlusion.vote_relative ? passing_share_ : 1));
   k.robust = options_.robust_weights ? 1 : 0;
   k.inverse_scale2 = static_cast<float>(1.0 / (scale_[l] * scale_[l]));
   k.freedom = static_cast<float>(kFreedom);
@@ -149,6 +150,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
+  if (options_.occlusion.vote_relative && level == options_.finest_level) passing_share_ = constraints_.passing_share();
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
   if (level == finest_) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -372,6 +374,7 @@ Tracker::Impl::Appearance Tracker::Impl::appearance() const {
   state.exposure = exposure_;
   state.exposed_light = exposed_light_;
   state.surviving_share = surviving_share_;
+  state.passing_share = passing_share_;
   return state;
 }
 
@@ -383,6 +386,7 @@ void Tracker::Impl::restore(const Appearance& state) {
   exposure_ = state.exposure;
   exposed_light_ = state.exposed_light;
   surviving_share_ = state.surviving_share;
+  passing_share_ = state.passing_share;
 }
 
 template <typename Frame>
@@ -464,6 +468,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->usual_score_ = 1;
   impl_->usual_fine_score_ = 1;
   impl_->usual_share_ = 0;
+  impl_->passing_share_ = 1;
   impl_->usual_gain_ = 1;
   impl_->surviving_share_ = 1;
   impl_->gradient_pixels_ = 0;

@@ -141,6 +141,7 @@ struct Tracker::Impl {
   double expected_deviation_ = 0;   ///< 0: nothing is expected
   int fast_frames_ = 0;             ///< since it was measured
   double usual_score_ = 1;          ///< of the coarse stage, running mean
+  double passing_share_ = 1;        ///< of the tests, where nothing is in front, in the last sums
   double usual_share_ = 0;          ///< of the gradient pixels used, when nothing is in front; 0: not known yet
   double usual_gain_ = 1;           ///< of the frame over the texture, running mean
   bool last_promising_ = false;     ///< the last frame's estimate, whether or not it was believed
@@ -153,7 +154,7 @@ struct Tracker::Impl {
   struct Appearance {
     Photometry::ObjectPair light;
     std::array<double, 6> scale{};
-    double usual_score = 1, usual_fine_score = 1, surviving_share = 1, exposure = 0;
+    double usual_score = 1, usual_fine_score = 1, surviving_share = 1, passing_share = 1, exposure = 0;
     bool exposed_light = false;
   };
   Appearance appearance() const;

@@ -47,6 +47,9 @@ TEST_CASE("Without options a mode's own values stand") {
   CHECK(fast.most_pixels == TrackerOptions::fast().most_pixels);
   CHECK(fast.texture_samples == 1);
   CHECK(fast.levels == standard.levels);
+  CHECK(paper.occlusion.vote_relative);
+  CHECK_FALSE(standard.occlusion.vote_relative);
+  CHECK_FALSE(parsed({"--mode", "paper", "--no-vote-relative"}).occlusion.vote_relative);
 }
 
 TEST_CASE("An option changes its field in any mode, and no other") {

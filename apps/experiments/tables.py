@@ -8,7 +8,7 @@ from document import table
 from measures import spread, text
 
 QUARTER = 0.25
-VOTES = {"paper-vote": "paper mode + vote", "paper-vote-half": "paper mode + vote of 50 %"}
+VOTES = {"paper-vote": "paper mode + vote"}
 
 
 class Bound:

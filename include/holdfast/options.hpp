@@ -17,6 +17,7 @@ struct OcclusionOptions {
   double difference_maximum = 0.0392;  ///< t_md, intensity a pixel; paper: 39.2e-3
   double difference_relative = 0.7;    ///< added to t_md, as a share of the larger gradient; paper: 0
   double vote_share = 0.7;             ///< of the neighbourhood's gradient pixels
+  bool vote_relative = false;          ///< the share is one of what passes where nothing is in front
 };
 
 enum class Mode {
