@@ -37,7 +37,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   int levels = 4;                  ///< most pyramid levels; small objects use fewer
   int finest_level = 0;            ///< 0: full resolution; 1: half
   int texture_samples = 4;         ///< of the rendered view, a pixel: 1, or 4 averaged as light
-  int most_pixels = 1000000;       ///< an object of more is tracked at half the resolution (quarter, ...)
+  int most_pixels = 100000;        ///< an object of more is tracked at half the resolution (quarter, ...)
   int enough_pixels = 8000;        ///< with a gradient; where more are seen, every second to fourth row is looked at
   int iterations = 5;              ///< most solved systems a level
   bool robust_weights = true;      ///< Student-t weights on what passes the tests
