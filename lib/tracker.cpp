@@ -407,6 +407,11 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) * (looked_at_every_ << (2 * finest_)) /
                                          std::max(1, result.visible_pixels));
     prediction_error_ = motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : kUnknown;
+    if (motion_.moving() && !motion_.lost()) {
+      restlessness_.add(conditioning().conditioned(log_se3(result.T_camera_object * motion_.predicted().inverse())));
+    } else {
+      restlessness_.interrupt();
+    }
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
@@ -464,6 +469,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->keyframes_.clear();
   impl_->probable_frames_ = 0;
   impl_->motion_.reset(renormalized(T_camera_object));
+  impl_->restlessness_.clear();
   impl_->photometry_.reset();
   impl_->usual_score_ = 1;
   impl_->usual_fine_score_ = 1;

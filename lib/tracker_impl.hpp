@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "covariance.hpp"
 #include "device_image.hpp"
 #include "flow_constraints.hpp"
 #include "holdfast/tracker.hpp"
@@ -118,6 +119,7 @@ struct Tracker::Impl {
   ShiftSearch search_;
   Photometry photometry_;
   MotionModel motion_;
+  Restlessness restlessness_;
   Keyframes keyframes_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
   std::vector<double> scale_;

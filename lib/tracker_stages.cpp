@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 
-#include "covariance.hpp"
 #include "stopwatch.hpp"
 #include "tracker_impl.hpp"
 
@@ -121,9 +120,9 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     const double expected = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
     const double weight = expectation_weight(estimate.sums);
     estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
-    const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
-    const Matrix6 S = score_covariance(constraints_, last_step, condition, camera.fx, camera.fy);
+    const Matrix6 S = score_covariance(constraints_.tile_sums(), constraints_.tiles(), last_step);
     estimate.covariance = pose_covariance(estimate.sums.A, S, weight, expected);
+    if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(exposure_);
   }
   estimate.score = score_of(estimate);
   return estimate;

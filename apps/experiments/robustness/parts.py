@@ -101,7 +101,7 @@ def covariance_of(bench, which):
     rows = []
     for kind, seed in asked[which].items():
         for condition, changes in asked["conditions"].items():
-            for motion in asked["seeds"]:
+            for motion in asked["motions"][which]:
                 name = "covariance-{}-{}-{}".format(kind, condition, motion)
                 # The motions of objects that judge are none of those that it was made for.
                 changes = {**changes, "seed": motion + (100 if which == "made_for" else 0)}
