@@ -120,11 +120,11 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
-  add_choice<Mode>(app, "--mode", given_.mode,
-                   {{"default", Mode::standard}, {"fast", Mode::fast}, {"paper", Mode::paper}},
-                   "The paper's own one-solve tracker, everything on top of it, or that for half the time [default, "
-                   "whose values are "
-                   "listed here]")
+  add_choice<Mode>(
+      app, "--mode", given_.mode, {{"default", Mode::standard}, {"fast", Mode::fast}, {"paper", Mode::paper}},
+      "The paper's own one-solve tracker, everything on top of it, or that for a quarter of the time [default, "
+      "whose values are "
+      "listed here]")
       ->group(kTrackerGroup);
 
   add(
