@@ -81,6 +81,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       motion_(p_object_center_),
       keyframes_(p_object_center_),
       scale_(levels_.size(), kFirstScale) {
+  finest_ = options.finest_level;
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
   device_.impl().queue.finish();
@@ -150,7 +151,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
-  if (options_.occlusion.vote_relative && level == options_.finest_level) passing_share_ = constraints_.passing_share();
+  if (options_.occlusion.vote_relative && level == finest_) passing_share_ = constraints_.passing_share();
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
   if (level == finest_) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -209,7 +210,6 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
-    choose_finest_level();
     const bool recovering = search && options_.recovery && motion_.lost();
     Rect wanted;
     for (int i = 0; i < hypotheses.count; ++i)
@@ -395,6 +395,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
+  choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
   moved_ = !motion_.lost() && options_.mode != Mode::paper;
   expected_deviation_ = moved_ && motion_.moving() && options_.predict_velocity ? kExpectedDeviation : 0;
@@ -480,6 +481,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->gradient_pixels_ = 0;
   impl_->prediction_error_ = Impl::kUnknown;
   impl_->visible_pixels_ = 0;
+  impl_->finest_ = impl_->options_.finest_level;
   std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }

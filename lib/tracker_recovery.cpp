@@ -160,8 +160,7 @@ Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int co
   for (const Place& place : places_) {
     const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
     if (start.score < kHopelessScore * usual_score_) continue;
-    const Estimate rival =
-        settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, options_.finest_level), -1));
+    const Estimate rival = settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, finest_), -1));
     if (rival.score > best.score) best = rival;
   }
   return best;
