@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -77,7 +78,10 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("folders", folders,
                  "Sequences: folders with frames/, K.txt, poses_gt.txt (visible.txt), or BOP scenes")
       ->type_name("FOLDER");
-  app.add_option("--model", models, "Model file; PREFIX=FILE: for sequences whose name starts with PREFIX; repeatable")
+  app.add_option(
+         "--model", models,
+         "Model file; PREFIX=FILE: for sequences whose name starts with PREFIX; repeatable. BOP scenes have their "
+         "own below the data set's models/")
       ->allow_extra_args(false)
       ->type_name("[PREFIX=]FILE");
   app.add_option("--model-scale", model_scale, "The models' unit in metres [1; 0.001 for BOP scenes]")
@@ -171,7 +175,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
           ->needs(chosen);
   chosen->needs(pictured);
   app.add_flag("--details", details,
-               "A second table: ADD, ADD-S, depth, lateral, coverage, pixels on occluders, losses")
+               "A second table: 2 cm / 2 degrees, ADD, ADD-S, depth, lateral, coverage, pixels on occluders, losses")
       ->group(output);
   app.add_flag("--quiet", quiet, "No progress")->group(output);
 
@@ -267,12 +271,19 @@ Evaluation track_at_step(const Sequence& sequence, const TrackerUnderTest& track
   return out;
 }
 
+const fs::path& model_of(const Sequence& sequence, const ModelChoice& models) {
+  if (!models.empty()) {
+    return models.for_sequence(sequence.name);
+  }
+  if (sequence.model.empty()) {
+    throw Error(ErrorCode::invalid_argument, "no model to track: add --model FILE or --model PREFIX=FILE");
+  }
+  return sequence.model;
+}
+
 void evaluate_tracker(const EvaluateArguments& arguments) {
   if (arguments.folders.empty()) {
     throw Error(ErrorCode::invalid_argument, "no sequence: give folders, or --poses with --truth");
-  }
-  if (arguments.models.empty()) {
-    throw Error(ErrorCode::invalid_argument, "no model to track: add --model FILE or --model PREFIX=FILE");
   }
   const ModelChoice models(arguments.models);
   ProtocolOptions protocol;
@@ -285,9 +296,16 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   std::vector<Sequence> sequences;
   for (const std::string& folder : arguments.folders) {
     sequences.push_back(load_sequence(folder, arguments.bop_object));
-    models.for_sequence(sequences.back().name);
+    model_of(sequences.back(), models);
     if (sequences.back().frames.empty()) {
       throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
+    }
+  }
+  for (const int frame : arguments.picture_frames) {
+    if (std::none_of(sequences.begin(), sequences.end(), [frame](const Sequence& sequence) {
+          return static_cast<std::size_t>(frame) < sequence.frames.size();
+        })) {
+      throw Error(ErrorCode::invalid_argument, fmt::format("--picture-frames {}: no sequence has that frame", frame));
     }
   }
   if (arguments.wrong_starts() && arguments.steps != std::vector<int>{1}) {
@@ -302,7 +320,7 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   provenance.show_start_frame = arguments.show_start_frame;
   std::vector<Evaluation> evaluations;
   for (const Sequence& sequence : sequences) {
-    const fs::path& model = models.for_sequence(sequence.name);
+    const fs::path& model = model_of(sequence, models);
     const Mesh mesh = load_mesh(arguments, model, sequence);
     const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
     Tracker tracker(mesh, sequence.camera, options, device);

@@ -56,6 +56,7 @@ struct SimulateArguments {
   OccluderOptions occluder;  // what all bars and cubes share
   std::vector<std::string> occluder_models;
   std::vector<std::string> occluder_trajectories;
+  double occluder_scale = 1;
 
   std::vector<std::string> lights;
   std::vector<double> light_orbit;  // radius, frames a turn
@@ -121,7 +122,15 @@ MotionOptions motion_of(const SimulateArguments& arguments) {
   return motion;
 }
 
-std::vector<OccluderOptions> occluders_of(const SimulateArguments& arguments) {
+/// A pose a frame, or a single one of what stands still.
+void require_poses(std::size_t poses, int frames, const std::filesystem::path& file) {
+  if (poses > 1 && poses < static_cast<std::size_t>(frames)) {
+    throw Error(ErrorCode::file, fmt::format("{}: {} poses for {} frames; give one a frame, or a single one",
+                                             file.string(), poses, frames));
+  }
+}
+
+std::vector<OccluderOptions> occluders_of(const SimulateArguments& arguments, int frames) {
   std::vector<OccluderOptions> occluders;
   for (const std::string& name : arguments.occluders) {
     occluders.push_back(arguments.occluder);
@@ -134,9 +143,11 @@ std::vector<OccluderOptions> occluders_of(const SimulateArguments& arguments) {
   for (std::size_t i = 0; i < arguments.occluder_models.size(); ++i) {
     OccluderOptions occluder;
     occluder.kind = OccluderKind::mesh;
-    occluder.mesh = arguments.occluder_models[i] == "box" ? textured_box({.seed = arguments.box.seed + 1})
-                                                          : io::load_model(arguments.occluder_models[i]);
+    occluder.mesh = arguments.occluder_models[i] == "box"
+                        ? textured_box({.seed = arguments.box.seed + 1})
+                        : io::load_model(arguments.occluder_models[i], arguments.occluder_scale);
     occluder.T_camera_mesh = io::load_poses(arguments.occluder_trajectories[i]);
+    require_poses(occluder.T_camera_mesh.size(), frames, arguments.occluder_trajectories[i]);
     occluders.push_back(std::move(occluder));
   }
   return occluders;
@@ -154,6 +165,9 @@ LightingOptions lighting_of(const SimulateArguments& arguments) {
   }
   for (LightOptions& light : lighting.lights) {
     if (arguments.light_orbit.empty()) continue;
+    if (!(arguments.light_orbit[1] > 0)) {
+      throw Error(ErrorCode::invalid_argument, "--light-orbit: the frames of a turn must be above 0");
+    }
     light.orbit_radius = arguments.light_orbit[0];
     light.orbit_frames = arguments.light_orbit[1];
   }
@@ -173,7 +187,8 @@ SequenceOptions sequence_options(const SimulateArguments& arguments, bool frames
   if (!options.motion.T_camera_object.empty() && !frames_given) {
     options.frames = static_cast<int>(options.motion.T_camera_object.size());
   }
-  options.occluders = occluders_of(arguments);
+  require_poses(options.motion.T_camera_object.size(), options.frames, arguments.trajectory);
+  options.occluders = occluders_of(arguments, options.frames);
   options.lighting = lighting_of(arguments);
   return options;
 }
@@ -384,9 +399,15 @@ void add_occluder_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("FILE")
       ->group(group);
   command
-      .add_option("--occluder-trajectory", a.occluder_trajectories, "File of its poses (to the camera), one a frame")
+      .add_option("--occluder-trajectory", a.occluder_trajectories,
+                  "File of its poses (to the camera), one a frame, or a single one")
       ->allow_extra_args(false)
       ->type_name("FILE")
+      ->group(group);
+  command.add_option("--occluder-scale", a.occluder_scale, "The occluders' unit in metres: 0.001 for millimetres")
+      ->check(CLI::PositiveNumber)
+      ->type_name("FACTOR")
+      ->capture_default_str()
       ->group(group);
 }
 

@@ -3,14 +3,17 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "exit_codes.hpp"
+#include "holdfast/io.hpp"
 #include "support/files.hpp"
 #include "support/run_program.hpp"
 
@@ -174,6 +177,66 @@ TEST_CASE("Two runs track to the same poses and figures, to the last digit") {
   CHECK(starts == judged("starts-again.csv"));
 }
 
+TEST_CASE("A BOP scene is the sequence that it was made of, its model found below the data set") {
+  const fs::path scene = simulated() / "bop/test/000001";
+  const fs::path models = simulated() / "bop/models";
+  fs::create_directories(scene / "rgb");
+  fs::create_directories(models);
+  std::ifstream camera(simulated() / "sequence/K.txt");
+  std::array<double, 4> k;
+  for (double& number : k) camera >> number;
+  std::ifstream poses(simulated() / "sequence/poses_gt.txt");
+  nlohmann::json truth, cameras;
+  for (int i = 0; i < 12; ++i) {
+    std::vector<double> rotation, translation;
+    for (int j = 0; j < 12; ++j) {
+      double number = 0;
+      poses >> number;
+      if (j % 4 == 3) {
+        translation.push_back(1000 * number);
+      } else {
+        rotation.push_back(number);
+      }
+    }
+    const std::string image = std::to_string(i);
+    truth[image] = {{{"cam_R_m2c", rotation}, {"cam_t_m2c", translation}, {"obj_id", 7}}};
+    cameras[image] = {{"cam_K", {k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1}}};
+    const std::string name = (i < 10 ? "00000" : "0000") + image + ".png";
+    fs::copy_file(simulated() / "sequence/frames" / name, scene / "rgb" / name);
+  }
+  std::ofstream(scene / "scene_gt.json") << truth;
+  std::ofstream(scene / "scene_camera.json") << cameras;
+
+  // BOP's own kind of model: PLY with texture coordinates at the vertices, in millimetres.
+  const Mesh mesh = io::load_model(simulated() / "sequence/model/model.obj");
+  fs::copy_file(simulated() / "sequence/model/model.png", models / "obj_000007.png");
+  std::ofstream ply(models / "obj_000007.ply");
+  ply << "ply\nformat ascii 1.0\ncomment TextureFile obj_000007.png\nelement vertex " << mesh.positions.size()
+      << "\nproperty float x\nproperty float y\nproperty float z\nproperty float texture_u\nproperty float texture_v\n"
+      << "element face " << mesh.triangles.size() << "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Eigen::Vector3f p = 1000 * mesh.positions[i];
+    // v from the bottom of the picture upwards in the file, as in OBJ.
+    ply << p.x() << ' ' << p.y() << ' ' << p.z() << ' ' << mesh.texture_coordinates[i].x() << ' '
+        << mesh.texture_coordinates[i].y() << '\n';
+  }
+  for (const auto& triangle : mesh.triangles) {
+    ply << "3 " << triangle[0] << ' ' << triangle[1] << ' ' << triangle[2] << '\n';
+  }
+  ply.close();
+
+  const ProgramRun bop = simulated().run({"evaluate", "bop/test/000001", "--quiet", "--json", "bop.json"});
+  CAPTURE(bop.err);
+  REQUIRE(bop.exit_code == app::kOk);
+  const nlohmann::json summary = summary_of("bop.json");
+  CHECK(summary["frames"] == 12);
+  CHECK(summary["within_20mm_2deg"]["share"] == 1.0);
+  CHECK(summary["translation_mm"]["max"].get<double>() < 2);
+  CHECK(summary["rotation_deg"]["max"].get<double>() < 0.5);
+  const nlohmann::json report = nlohmann::json::parse(read_file(simulated() / "bop.json"));
+  CHECK(report["evaluations"].at(0)["diameter_mm"].get<double>() == doctest::Approx(262.5).epsilon(0.01));
+}
+
 TEST_CASE("Bad sequences and models: one line each, before any frame is tracked") {
   const Arguments model = {"--model", "sequence/model/model.obj"};
   const auto evaluate = [&](const std::string& folder) { return Arguments{"evaluate", folder, model[0], model[1]}; };
@@ -185,6 +248,14 @@ TEST_CASE("Bad sequences and models: one line each, before any frame is tracked"
   SUBCASE("a frame missing") {
     fs::remove(simulated().copy("spoiled") / "frames/000007.png");
     check_fails(evaluate("spoiled"), app::kInput, {"11 frames but 12 true poses"});
+  }
+  SUBCASE("a frame of another size") {
+    const fs::path frame = simulated().copy("spoiled") / "frames/000002.png";
+    cv::imwrite(frame.string(), cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(0)));
+    check_fails(evaluate("spoiled"), app::kInput, {"000002.png", "32x24", "320x240"});
+  }
+  SUBCASE("a light that circles in no time") {
+    check_fails({"simulate", "new", "--light-orbit", "0.5,0"}, app::kUsage, {"--light-orbit"});
   }
   SUBCASE("a mask missing") {
     fs::remove(simulated().copy("spoiled") / "masks/000007.png");
@@ -205,11 +276,18 @@ TEST_CASE("Bad sequences and models: one line each, before any frame is tracked"
   }
   SUBCASE("an occluder without path, or with a bad one") {
     check_fails({"simulate", "new", "--occluder-model", "box"}, app::kUsage, {"--occluder-trajectory"});
+    append(simulated() / "short.txt", "1 0 0 0 0 1 0 0 0 0 1 2\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+    check_fails({"simulate", "new", "--frames", "3", "--occluder-model", "box", "--occluder-trajectory", "short.txt"},
+                app::kInput, {"short.txt: 2 poses for 3 frames"});
+    check_fails({"simulate", "new", "--frames", "3", "--trajectory", "short.txt"}, app::kInput,
+                {"short.txt: 2 poses for 3 frames"});
     append(simulated() / "bad.txt", "1 0 0 0 0 1 0 0 0 0 2 0.5\n");
     check_fails({"simulate", "new", "--trajectory", "bad.txt"}, app::kInput, {"bad.txt", "line 1"});
   }
   SUBCASE("pictures without frames, or where none can be written") {
     check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "drawn"}, app::kUsage, {"--picture-frames"});
+    check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "drawn", "--picture-frames", "3,12"},
+                app::kUsage, {"--picture-frames 12"});
     append(simulated() / "file", "a file");
     check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "file/drawn", "--picture-frames", "1"},
                 app::kOutput, {"file/drawn"});

@@ -19,6 +19,11 @@ TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
     if (image.empty()) {
       throw Error(ErrorCode::file, fmt::format("{}: not a readable image", path.string()));
     }
+    if (image.cols != sequence.camera.width || image.rows != sequence.camera.height) {
+      throw Error(ErrorCode::file,
+                  fmt::format("{}: {}x{} pixels, but the sequence's first frame has {}x{}", path.string(), image.cols,
+                              image.rows, sequence.camera.width, sequence.camera.height));
+    }
     const ImageView view{image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
     const auto before = std::chrono::steady_clock::now();
     FrameResult result = tracker.track(view);

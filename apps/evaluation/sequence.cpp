@@ -280,6 +280,12 @@ void load_bop(Sequence& sequence, std::optional<int> wanted) {
                 fmt::format("{}: {} images in scene_camera.json but {} in scene_gt.json; one pose a frame is needed",
                             sequence.folder.string(), cameras.size(), truth.size()));
   }
+  // DATASET/SPLIT/SCENE and DATASET/models.
+  const fs::path model = fs::weakly_canonical(sequence.folder).parent_path().parent_path() / "models" /
+                         fmt::format("obj_{:06}.ply", *wanted);
+  if (fs::exists(model)) {
+    sequence.model = model;
+  }
   sequence.camera.fx = first_k[0];
   sequence.camera.fy = first_k[4];
   sequence.camera.cx = first_k[2];

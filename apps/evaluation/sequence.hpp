@@ -20,6 +20,7 @@ struct Sequence {
   std::vector<std::filesystem::path> occluder_masks;
   std::vector<double> visible;  ///< visible share of the silhouette, one a frame; empty: not known
   Camera camera;                ///< of the frames; size 0 where there are no frames
+  std::filesystem::path model;  ///< the one that comes with the data set; empty: none
   double model_scale = 1;       ///< turns the unit of the models that belong to this format into metres
 };
 
@@ -27,7 +28,8 @@ struct Sequence {
 /// - frames/ (images in the order of their names), K.txt or camera.yml/.yaml/.json/.xml, poses_gt.txt (a line a frame,
 ///   metres) and, where known, visible.txt (a share a line) and masks/ (where occluders are seen, an image a frame);
 /// - a BOP scene: scene_camera.json, scene_gt.json, rgb/ or gray/, scene_gt_info.json where there is one (millimetres,
-///   turned into metres here). `bop_object` picks the object; without it the scene must hold one object only.
+///   turned into metres here), and the object's model in models/ two folders up. `bop_object` picks the object;
+///   without it the scene must hold one object only.
 /// Throws Error(file), Error(pose), Error(camera) or Error(image): one line that names the file.
 Sequence load_sequence(const std::filesystem::path& folder, std::optional<int> bop_object = std::nullopt);
 

@@ -161,6 +161,7 @@ std::vector<Column> columns_of_details(bool rbot) {
       number("chi2", [](const Summary& s) { return s.coverage.median_squared; }),
   };
   if (!rbot) {
+    columns.insert(columns.begin(), share("2cm2deg%", &Summary::within_20mm_2deg));
     columns.push_back(count("losses", [](const Summary& s) { return static_cast<double>(s.losses.size()); }));
     columns.push_back(count("never back", never_reacquired));
     columns.push_back(count("slowest back", slowest_reacquisition));
