@@ -33,7 +33,7 @@ constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
 /// radians; elsewhere after the picture was searched for everything else.
 constexpr double kNearTurn = 0.4;
 constexpr double kFreedom = 4;  ///< of Student's t
-constexpr double kLeastScale = 0.004, kMostScale = 0.1, kFirstScale = 0.05;
+constexpr double kLeastScale = 0.004, kMostScale = 0.1;
 
 const Mesh& validated(const Mesh& mesh) {
   mesh.validate();
@@ -79,8 +79,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       search_(device.impl(), levels_, most_shifts(levels_, options)),
       photometry_(device.impl(), levels_, options.photometric),
       motion_(p_object_center_),
-      keyframes_(p_object_center_),
-      scale_(levels_.size(), kFirstScale) {
+      keyframes_(p_object_center_) {
   finest_ = options.finest_level;
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
@@ -102,9 +101,9 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.block_vote = options_.occlusion.block_vote ? 1 : 0;
   k.vote_radius = std::max(1, HF_VOTE_RADIUS - level);
   k.vote_share =
-      static_cast<float>(tests_of(level).vote_share * (options_.occlusion.vote_relative ? passing_share_ : 1));
+      static_cast<float>(tests_of(level).vote_share * (options_.occlusion.vote_relative ? look_.passing_share : 1));
   k.robust = options_.robust_weights ? 1 : 0;
-  k.inverse_scale2 = static_cast<float>(1.0 / (scale_[l] * scale_[l]));
+  k.inverse_scale2 = static_cast<float>(1.0 / (look_.scale[l] * look_.scale[l]));
   k.freedom = static_cast<float>(kFreedom);
   k.mean_gradient = options_.mean_gradient ? 1 : 0;
   k.redundancy = options_.redundancy ? 1 : 0;
@@ -124,7 +123,7 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const double pixels = gradient_pixels_ / (1 << (2 * (level - finest_)));
+  const double pixels = course_.gradient_pixels / (1 << (2 * (level - finest_)));
   return std::clamp(static_cast<int>(std::lround(pixels / options_.enough_pixels)), 1, kMostThinning);
 }
 
@@ -151,12 +150,12 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
-  if (options_.occlusion.vote_relative && level == finest_) passing_share_ = constraints_.passing_share();
+  if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
   if (level == finest_) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
-    scale_[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
+    look_.scale[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
   }
   return sums;
 }
@@ -167,22 +166,22 @@ void Tracker::Impl::choose_finest_level() {
     // Once coarser, the object must become clearly smaller to be seen in full again.
     return options_.most_pixels * (at_level < finest_ ? kSmaller : 1.0) * (1 << (2 * at_level));
   };
-  while (options_.mode != Mode::paper && level + 1 < options_.levels && visible_pixels_ > many(level)) ++level;
+  while (options_.mode != Mode::paper && level + 1 < options_.levels && course_.visible_pixels > many(level)) ++level;
   if (level == finest_) return;
-  gradient_pixels_ = 0;
-  usual_fine_score_ = 0;
+  course_.gradient_pixels = 0;
+  look_.usual_fine_score = 0;
   finest_ = level;
 }
 
 void Tracker::Impl::remember_score(const Estimate& good) {
-  usual_fine_score_ += (usual_fine_score_ > 0 ? kScoreMemory : 1) * (good.score - usual_fine_score_);
+  look_.usual_fine_score += (look_.usual_fine_score > 0 ? kScoreMemory : 1) * (good.score - look_.usual_fine_score);
 }
 
 template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
   const int finest = finest_;
   const double most = kMostCorrection * (1 << finest);
-  if (motion_.lost() || !motion_.moving() || prediction_error_ > most) return false;
+  if (motion_.lost() || !motion_.moving() || course_.prediction_error > most) return false;
   const Rect object = view_.bounds(T_predicted);
   if (object.empty()) return false;
   {
@@ -191,7 +190,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
     image_.enqueue_upload(frame, image_.region(grown(object, margin)));
   }
   const Estimate estimate = fine_stage(T_predicted, finest, -1);
-  if (!is_good(estimate) || estimate.score < kUsualScore * usual_fine_score_ ||
+  if (!is_good(estimate) || estimate.score < kUsualScore * look_.expected_score() ||
       corner_motion(T_predicted, estimate.T_camera_object) > most) {
     return false;
   }
@@ -235,7 +234,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         const int coarse_finest = std::max(coarsest - 1, finest_);
         const bool coarse = coarsest > finest_;
         const auto as_usual = [&](const Estimate& estimate) {
-          return motion_.lost() || estimate.score > kUsualScore * usual_fine_score_;
+          return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();
         };
         // Starts of the fine stage, the most promising first.
         std::array<Estimate, 16> starts;
@@ -259,7 +258,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
                 coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
             add_start(estimate);
             // A first hypothesis that fits as well as usual needs no second.
-            if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * usual_score_) break;
+            if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * look_.usual_score) break;
           }
         }
         // Where the coarse levels see too little, the plain prediction may still be the better start.
@@ -300,7 +299,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
         if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
         if (is_good(best)) {
-          if (coarse && !elsewhere) usual_score_ += kScoreMemory * (starts[0].score - usual_score_);
+          if (coarse && !elsewhere) look_.usual_score += kScoreMemory * (starts[0].score - look_.usual_score);
           remember_score(best);
         }
       }
@@ -308,10 +307,10 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     result.T_camera_object = best.T_camera_object;
     last_score_ = best.score;
     report(best, result);
-    last_promising_ = is_promising(best);
-    const bool again = probable_frames_ > 0 && goes_on(T_last_, best.T_camera_object, kSameTurn);
-    probable_frames_ = is_probable(best) ? (again ? probable_frames_ + 1 : 1) : 0;
-    T_last_ = best.T_camera_object;
+    course_.last_promising = is_promising(best);
+    const bool again = course_.probable_frames > 0 && goes_on(course_.T_last, best.T_camera_object, kSameTurn);
+    course_.probable_frames = is_probable(best) ? (again ? course_.probable_frames + 1 : 1) : 0;
+    course_.T_last = best.T_camera_object;
   }
   result.iterations = solved_systems_;
   result.ms = times_;
@@ -328,12 +327,12 @@ Standing Tracker::Impl::standing(const Estimate& estimate) const {
   Standing result;
   result.lost_before = motion_.lost();
   result.surprising = moved_ && corner_motion(motion_.predicted(), estimate.T_camera_object) > kSurprise;
-  result.usual_share = usual_share_;
+  result.usual_share = course_.usual_share;
   // A part of the object may look like another part.
   result.expected = goes_on(motion_.pose(), estimate.T_camera_object, kNearTurn) ||
                     goes_on(motion_.predicted(), estimate.T_camera_object, kNearTurn) ||
-                    (probable_frames_ * kAppearancesAFrame >= keyframes_.planned() &&
-                     goes_on(T_last_, estimate.T_camera_object, kSameTurn));
+                    (course_.probable_frames * kAppearancesAFrame >= keyframes_.planned() &&
+                     goes_on(course_.T_last, estimate.T_camera_object, kSameTurn));
   return result;
 }
 
@@ -356,37 +355,18 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   circumstances.searched_everywhere = options_.recovery && motion_.lost() && options_.mode != Mode::paper;
   if (moved_) {
     const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
-    circumstances.blur_pixels = exposure_ * motion;
+    circumstances.blur_pixels = look_.exposure * motion;
     circumstances.predicted_pixels = motion_.moving() ? corner_motion(motion_.pose(), motion_.predicted()) : 0;
   }
-  circumstances.gain = photometry_.gain(1) / usual_gain_;
+  circumstances.gain = photometry_.gain(1) / course_.usual_gain;
   Verdict verdict = judge(estimate, options_, circumstances);
   result.status = verdict.status;
   result.reason = std::move(verdict.reason);
 }
 
-Tracker::Impl::Appearance Tracker::Impl::appearance() const {
-  Appearance state;
-  state.light = photometry_.object_pair();
-  std::copy(scale_.begin(), scale_.end(), state.scale.begin());
-  state.usual_score = usual_score_;
-  state.usual_fine_score = usual_fine_score_;
-  state.exposure = exposure_;
-  state.exposed_light = exposed_light_;
-  state.surviving_share = surviving_share_;
-  state.passing_share = passing_share_;
-  return state;
-}
-
-void Tracker::Impl::restore(const Appearance& state) {
-  photometry_.set_object_pair(state.light);
-  std::copy(state.scale.begin(), state.scale.begin() + static_cast<std::ptrdiff_t>(scale_.size()), scale_.begin());
-  usual_score_ = state.usual_score;
-  usual_fine_score_ = state.usual_fine_score;
-  exposure_ = state.exposure;
-  exposed_light_ = state.exposed_light;
-  surviving_share_ = state.surviving_share;
-  passing_share_ = state.passing_share;
+void Tracker::Impl::restore(const Appearance& before) {
+  photometry_.set_object_pair(before.light);
+  look_ = before.look;
 }
 
 template <typename Frame>
@@ -403,11 +383,12 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
-    visible_pixels_ = result.visible_pixels;
-    gradient_pixels_ = static_cast<double>(result.gradient_pixels) * looked_at_every_;
-    surviving_share_ = std::min(1.0, static_cast<double>(result.usable_pixels) * (looked_at_every_ << (2 * finest_)) /
-                                         std::max(1, result.visible_pixels));
-    prediction_error_ = motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : kUnknown;
+    course_.visible_pixels = result.visible_pixels;
+    course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * looked_at_every_;
+    look_.surviving_share = std::min(1.0, static_cast<double>(result.usable_pixels) *
+                                              (looked_at_every_ << (2 * finest_)) / std::max(1, result.visible_pixels));
+    course_.prediction_error =
+        motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : Course::kUnknown;
     if (motion_.moving() && !motion_.lost()) {
       restlessness_.add(conditioning().conditioned(log_se3(result.T_camera_object * motion_.predicted().inverse())));
     } else {
@@ -416,15 +397,15 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
-    usual_share_ = std::max(share, usual_share_ + kShareMemory * (share - usual_share_));
-    usual_gain_ += kScoreMemory * (photometry_.gain(1) - usual_gain_);
-    if (usual_fine_score_ > 0 && last_score_ > kUsualScore * usual_fine_score_) {
+    course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
+    course_.usual_gain += kScoreMemory * (photometry_.gain(1) - course_.usual_gain);
+    if (look_.usual_fine_score > 0 && last_score_ > kUsualScore * look_.usual_fine_score) {
       keyframes_.remember(result.T_camera_object);
     }
   } else {
     restore(before);
     motion_.lose();
-    if (last_promising_) motion_.suspect(result.T_camera_object);
+    if (course_.last_promising) motion_.suspect(result.T_camera_object);
     result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
   }
   return result;
@@ -438,11 +419,11 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   const Appearance before = appearance();
   moved_ = false;
   expected_deviation_ = 0;
-  const int probable_frames = probable_frames_;
-  const Pose T_last = T_last_;
+  const int probable_frames = course_.probable_frames;
+  const Pose T_last = course_.T_last;
   FrameResult result = follow(frame, start, false);
-  probable_frames_ = probable_frames;
-  T_last_ = T_last;
+  course_.probable_frames = probable_frames;
+  course_.T_last = T_last;
   restore(before);
   return result;
 }
@@ -468,21 +449,12 @@ void Tracker::reset(const Pose& T_camera_object) {
                 "unit (metres) and axes (x right, y down, z forward)");
   }
   impl_->keyframes_.clear();
-  impl_->probable_frames_ = 0;
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->restlessness_.clear();
   impl_->photometry_.reset();
-  impl_->usual_score_ = 1;
-  impl_->usual_fine_score_ = 1;
-  impl_->usual_share_ = 0;
-  impl_->passing_share_ = 1;
-  impl_->usual_gain_ = 1;
-  impl_->surviving_share_ = 1;
-  impl_->gradient_pixels_ = 0;
-  impl_->prediction_error_ = Impl::kUnknown;
-  impl_->visible_pixels_ = 0;
+  impl_->look_ = {};
+  impl_->course_ = {};
   impl_->finest_ = impl_->options_.finest_level;
-  std::fill(impl_->scale_.begin(), impl_->scale_.end(), kFirstScale);
   impl_->started_ = true;
 }
 

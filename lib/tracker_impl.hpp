@@ -14,6 +14,7 @@
 #include "photometry.hpp"
 #include "shift_search.hpp"
 #include "solver.hpp"
+#include "tracker_state.hpp"
 #include "view_template.hpp"
 
 namespace holdfast {
@@ -27,7 +28,6 @@ struct Tracker::Impl {
   static constexpr std::size_t kMostPlaces = 3;
   /// Least side of the object on a level that is still worth comparing there, pixels.
   static constexpr double kLeastSide = 20;
-  static constexpr double kUnknown = 1e9;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
@@ -122,44 +122,27 @@ struct Tracker::Impl {
   Restlessness restlessness_;
   Keyframes keyframes_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
-  std::vector<double> scale_;
-  int looked_at_every_ = 1;             ///< row of pixels, in the last sums
-  double gradient_pixels_ = 0;          ///< on the finest level, of the last frame that was held
-  double visible_pixels_ = 0;           ///< in the last frame that was held; 0: none since the start
-  double prediction_error_ = kUnknown;  ///< of the last frame that was held, pixels that it moves a corner by
-  double surviving_share_ = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
+  Look look_;
+  Course course_;
+  int looked_at_every_ = 1;  ///< row of pixels, in the last sums
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  int finest_ = 0;              ///< level that this frame's pose comes from
-  bool moved_ = false;          ///< the last pose was the frame before this one's
-  double exposure_ = 0;         ///< share of the time between frames that the shutter is open
-  bool exposed_light_ = false;  ///< what adds up meanwhile is light, not encoded values
-  int exposure_settled_ = 0;    ///< how often measuring it has changed nothing
+  int finest_ = 0;      ///< level that this frame's pose comes from
+  bool moved_ = false;  ///< the last pose was the frame before this one's
   /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
   Pose T_expected_ = Pose::Identity();
-  double expected_deviation_ = 0;   ///< 0: nothing is expected
-  int fast_frames_ = 0;             ///< since it was measured
-  double usual_score_ = 1;          ///< of the coarse stage, running mean
-  double passing_share_ = 1;        ///< of the tests, where nothing is in front, in the last sums
-  double usual_share_ = 0;          ///< of the gradient pixels used, when nothing is in front; 0: not known yet
-  double usual_gain_ = 1;           ///< of the frame over the texture, running mean
-  bool last_promising_ = false;     ///< the last frame's estimate, whether or not it was believed
-  Pose T_last_ = Pose::Identity();  ///< likewise
-  int probable_frames_ = 0;         ///< how often in a row, up to there, something that went on was probably the object
-  double last_score_ = 0;           ///< of the fine stage, in the last frame
-  double usual_fine_score_ = 1;     ///< of the fine stage, likewise
+  double expected_deviation_ = 0;  ///< 0: nothing is expected
+  double last_score_ = 0;          ///< of the fine stage, in the last frame
 
-  /// What a frame that was not held must not change.
+  /// What a frame that is not held must not change.
   struct Appearance {
+    Look look;
     Photometry::ObjectPair light;
-    std::array<double, 6> scale{};
-    double usual_score = 1, usual_fine_score = 1, surviving_share = 1, passing_share = 1, exposure = 0;
-    bool exposed_light = false;
   };
-  Appearance appearance() const;
+  Appearance appearance() const { return {look_, photometry_.object_pair()}; }
   void restore(const Appearance& appearance);
 };
 

@@ -133,7 +133,7 @@ void Tracker::Impl::keep_best(std::vector<Place>& places, std::size_t count, int
 Estimate Tracker::Impl::coarsely_settled(const Pose& T_start, int coarsest, int finest) {
   // From so far away once is not enough.
   Estimate estimate = coarse_stage(T_start, true, coarsest, finest);
-  for (int i = 1; i < kMostCoarseStages && estimate.solved && estimate.score < usual_score_; ++i) {
+  for (int i = 1; i < kMostCoarseStages && estimate.solved && estimate.score < look_.usual_score; ++i) {
     const Estimate again = coarse_stage(estimate.T_camera_object, true, coarsest, finest);
     if (again.score <= estimate.score) break;
     estimate = again;
@@ -143,7 +143,7 @@ Estimate Tracker::Impl::coarsely_settled(const Pose& T_start, int coarsest, int 
 
 Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int coarsest, int coarse_finest) {
   Estimate best = found;
-  const double surviving_share = std::exchange(surviving_share_, 0.0);
+  const double surviving_share = std::exchange(look_.surviving_share, 0.0);
   const bool moved = std::exchange(moved_, false);
   search_.enqueue_gradients(image_, closer);
   places_.clear();
@@ -154,12 +154,12 @@ Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int co
     }
   }
   keep_best(places_, kRivals, closer);
-  surviving_share_ = surviving_share;
+  look_.surviving_share = surviving_share;
   moved_ = moved;
   search_.enqueue_gradients(image_, coarsest);
   for (const Place& place : places_) {
     const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
-    if (start.score < kHopelessScore * usual_score_) continue;
+    if (start.score < kHopelessScore * look_.usual_score) continue;
     const Estimate rival = settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, finest_), -1));
     if (rival.score > best.score) best = rival;
   }
@@ -185,7 +185,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
     for (int level = coarse_finest; level <= swept; ++level) image_.enqueue_blur(level, coarser(region, level));
   }
   // So coarse, the margin would leave nothing of most objects; what the silhouette adds is as good a sign as texture.
-  const double surviving_share = std::exchange(surviving_share_, 0.0);
+  const double surviving_share = std::exchange(look_.surviving_share, 0.0);
   // Nothing is known of its motion either.
   const bool moved = std::exchange(moved_, false);
   const double expected_deviation = std::exchange(expected_deviation_, 0.0);
@@ -199,7 +199,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   keep_best(places_, kMostPlaces, closer);
   for (Place& place : places_) place = turned_to_fit(place, closer);
   keep_best(places_, kMostPlaces, closer);
-  surviving_share_ = surviving_share;
+  look_.surviving_share = surviving_share;
   moved_ = moved;
 
   search_.enqueue_gradients(image_, coarsest);
@@ -208,7 +208,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   std::size_t count = 0;
   for (const Place& place : places_) {
     const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
-    if (start.score >= kHopelessScore * usual_score_) {
+    if (start.score >= kHopelessScore * look_.usual_score) {
       std::size_t rank = count++;
       for (; rank > 0 && starts[rank - 1].score < start.score; --rank) starts[rank] = starts[rank - 1];
       starts[rank] = start;

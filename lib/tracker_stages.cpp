@@ -60,17 +60,17 @@ double Tracker::Impl::corner_motion(const Pose& T_a, const Pose& T_b) const {
 bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   const Stopwatch watch(times_.filter);
   // Where the margin eats most of a small or thin object, drop less of it.
-  const double relaxed = std::clamp((surviving_share_ - 0.2) / 0.3, 0.0, 1.0);
+  const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
   const double full = coverage_at_margin(options_.silhouette_margin, options_.blur_sigma);
   ViewTemplate::Margin margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
   Exposure exposure;
-  if (options_.motion_blur && moved_ && exposure_ > 0) {
-    exposure.twist = exposure_ * log_se3(T_camera_object * motion_.pose().inverse());
-    exposure.light = exposed_light_;
-    exposure.pixels = exposure_ * corner_motion(motion_.pose(), T_camera_object);
+  if (options_.motion_blur && moved_ && look_.exposure > 0) {
+    exposure.twist = look_.exposure * log_se3(T_camera_object * motion_.pose().inverse());
+    exposure.light = look_.exposed_light;
+    exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
@@ -122,7 +122,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
     const Matrix6 S = score_covariance(constraints_.tile_sums(), constraints_.tiles(), last_step);
     estimate.covariance = pose_covariance(estimate.sums.A, S, weight, expected);
-    if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(exposure_);
+    if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(look_.exposure);
   }
   estimate.score = score_of(estimate);
   return estimate;
@@ -161,7 +161,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   for (int level = coarsest; level >= finest; --level) {
     photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
     // Right after a frame that was held its light still holds; otherwise it is taken before any step.
-    const bool lit = gradient_pixels_ > 0 && !motion_.lost();
+    const bool lit = course_.gradient_pixels > 0 && !motion_.lost();
     if (level == coarsest && options_.photometric && !lit) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;
@@ -224,21 +224,21 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
   const auto compete = [&](const Pose& T_start) {
     const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
     if (estimate.score > best.score) best = estimate;
-    return best.score > 0.8 * usual_fine_score_;
+    return best.score > 0.8 * look_.expected_score();
   };
   // Fast motion blurs, by how much is not known at first.
   if (options_.motion_blur && moved_ && corner_motion(motion_.pose(), best.T_camera_object) > kTellingMotion) {
-    const double before = exposure_;
+    const double before = look_.exposure;
     double found = before;
     for (const double exposure : {0.25, 0.5, 0.75}) {
       if (std::abs(exposure - before) < 0.1) continue;
-      exposure_ = exposure;
+      look_.exposure = exposure;
       const double score = best.score;
       compete(best.T_camera_object);
       if (best.score > 1.02 * score) found = exposure;
     }
-    exposure_ = found;
-    if (best.score > 0.8 * usual_fine_score_) return best;
+    look_.exposure = found;
+    if (best.score > 0.8 * look_.expected_score()) return best;
   }
   std::array<Estimate, 7> starts;
   std::size_t count = 0;
@@ -263,11 +263,11 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool l
   Estimate estimate;
   estimate.T_camera_object = T_camera_object;
   const int level = finest_;
-  const double exposure_before = std::exchange(exposure_, exposure);
-  const bool light_before = std::exchange(exposed_light_, light);
+  const double exposure_before = std::exchange(look_.exposure, exposure);
+  const bool light_before = std::exchange(look_.exposed_light, light);
   const bool drawn = draw(T_camera_object, level, 1);
-  exposure_ = exposure_before;
-  exposed_light_ = light_before;
+  look_.exposure = exposure_before;
+  look_.exposed_light = light_before;
   if (!drawn) return estimate;
   estimate.sums = evaluate(level, Pose::Identity());
   estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;
@@ -279,13 +279,13 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool l
 void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return;
   // Once settled it is looked at again in every eighth fast frame.
-  if (exposure_settled_ >= 3 && ++fast_frames_ % 8 != 0) return;
-  const double present = exposure_;
+  if (look_.exposure_settled >= 3 && ++look_.fast_frames % 8 != 0) return;
+  const double present = look_.exposure;
   std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
   std::array<double, 2> share{};
-  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i], exposed_light_).score;
-  const Estimate otherwise = fit(estimate.T_camera_object, present, !exposed_light_);
-  const Estimate here = fit(estimate.T_camera_object, present, exposed_light_);
+  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i], look_.exposed_light).score;
+  const Estimate otherwise = fit(estimate.T_camera_object, present, !look_.exposed_light);
+  const Estimate here = fit(estimate.T_camera_object, present, look_.exposed_light);
   // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
   const auto residual = [](const Estimate& fitted) {
     return std::sqrt(fitted.sums.weighted_square / std::max(1.0, fitted.sums.weight));
@@ -296,16 +296,16 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   const bool inside = present > 0 && share[better] <= kBetterExposure * here.score && bend > 0.02 * here.score;
   const double top = inside ? 0.5 * kExposureStep * (share[1] - share[0]) / bend : 0;
   if (share[better] > kBetterExposure * here.score) {
-    exposure_ = around[better];
-    exposure_settled_ = 0;
+    look_.exposure = around[better];
+    look_.exposure_settled = 0;
   } else if (residual(here) > kBetterExposure * residual(otherwise)) {
-    exposed_light_ = !exposed_light_;
-    exposure_settled_ = 0;
+    look_.exposed_light = !look_.exposed_light;
+    look_.exposure_settled = 0;
   } else {
     // A single frame says it roughly: the mean of some.
     const double step = std::clamp(top, -0.5 * kExposureStep, 0.5 * kExposureStep);
-    exposure_ = std::clamp(present + step / (2 + std::min(exposure_settled_, kExposureMemory)), 0.0, 1.0);
-    ++exposure_settled_;
+    look_.exposure = std::clamp(present + step / (2 + std::min(look_.exposure_settled, kExposureMemory)), 0.0, 1.0);
+    ++look_.exposure_settled;
   }
 }
 

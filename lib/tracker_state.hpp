@@ -1,0 +1,53 @@
+#pragma once
+
+#include <array>
+
+#include "holdfast/pose.hpp"
+
+namespace holdfast {
+
+/// How the object has looked lately. Every frame's estimate changes it; a frame that is not held must leave it as it
+/// was.
+struct Look {
+  static constexpr int kMostLevels = 6;
+  static constexpr double kFirstScale = 0.05;
+  /// Score of the fine stage that is challenged while the usual is not known: what moves as no one knows yet, blurred
+  /// by it, may converge to something else.
+  static constexpr double kOrdinaryScore = 0.6;
+
+  std::array<double, kMostLevels> scale = first_scale();  ///< of residuals, a level each
+  double usual_score = 1;                                 ///< of the coarse stage, running mean
+  double usual_fine_score = 0;                            ///< of the fine stage, likewise; 0: not known yet
+  double surviving_share = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
+  double passing_share = 1;    ///< of the tests, where nothing is in front, in the last sums
+  double exposure = 0;         ///< share of the time between frames that the shutter is open
+  bool exposed_light = false;  ///< what adds up meanwhile is light, not encoded values
+  int exposure_settled = 0;    ///< how often measuring it has changed nothing
+  int fast_frames = 0;         ///< since it was measured
+
+  /// Of the fine stage, to live up to.
+  double expected_score() const { return usual_fine_score > 0 ? usual_fine_score : kOrdinaryScore; }
+
+ private:
+  static constexpr std::array<double, kMostLevels> first_scale() {
+    std::array<double, kMostLevels> scale{};
+    scale.fill(kFirstScale);
+    return scale;
+  }
+};
+
+/// What is known of the object from the frames that it was held in, and of the doubtful ones since.
+struct Course {
+  static constexpr double kUnknown = 1e9;
+
+  double gradient_pixels = 0;          ///< on the finest level, in the last frame held
+  double visible_pixels = 0;           ///< likewise, in pixels of the frame; 0: none held since the start
+  double prediction_error = kUnknown;  ///< of the last frame held, pixels that it moves a corner by
+  double usual_share = 0;              ///< of the gradient pixels used, when nothing is in front; 0: not known yet
+  double usual_gain = 1;               ///< of the frame over the texture, running mean
+  Pose T_last = Pose::Identity();      ///< the last frame's estimate, whether or not it was believed
+  bool last_promising = false;         ///< likewise
+  int probable_frames = 0;  ///< how often in a row, up to there, something that went on was probably the object
+};
+
+}  // namespace holdfast
