@@ -167,12 +167,14 @@ __kernel void flow_constraints(__global const float* value, __global const float
       cell[p + 3] = fma(wv, rendered, cell[p + 3]);
       cell[p + 4] = fma(wi, seen, cell[p + 4]);
       cell[p + 5] = fma(wv, seen, cell[p + 5]);
-      cell[p + 6] = fma(weight, r, cell[p + 6]);
-      cell[p + 7] = fma(wv, r, cell[p + 7]);
-      cell[p + 8] = fma(weight, gx[c], cell[p + 8]);
-      cell[p + 9] = fma(weight, gy[c], cell[p + 9]);
-      cell[p + 10] = fma(wv, gx[c], cell[p + 10]);
-      cell[p + 11] = fma(wv, gy[c], cell[p + 11]);
+      if (k.elimination) {
+        cell[p + 6] = fma(weight, r, cell[p + 6]);
+        cell[p + 7] = fma(wv, r, cell[p + 7]);
+        cell[p + 8] = fma(weight, gx[c], cell[p + 8]);
+        cell[p + 9] = fma(weight, gy[c], cell[p + 9]);
+        cell[p + 10] = fma(wv, gx[c], cell[p + 10]);
+        cell[p + 11] = fma(wv, gy[c], cell[p + 11]);
+      }
       lane_int keep = used & (m2[c] > 0.0f);
       if (k.redundancy) {
         const lane_float along = fma(vx[c], sx, vy[c] * sy);

@@ -67,6 +67,30 @@ INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_flo
   samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32),
                              LOAD_PRIVATE(value + 48), s37bf);
 }
+
+/* At a row's own pixels. */
+INLINE void sample_row(__global const float* p, int step, lane_int wanted, frame_samples* samples) {
+  float value[64], dx[64], dy[64];
+  for (int i = 0; i < 64; i += 16) {
+    STORE_PRIVATE(LOAD(p + i), value + i);
+    STORE_PRIVATE(0.5f * (LOAD(p + i + HF_PIXEL) - LOAD(p + i - HF_PIXEL)), dx + i);
+    STORE_PRIVATE(0.5f * (LOAD(p + i + step) - LOAD(p + i - step)), dy + i);
+  }
+  TRANSPOSE(value, samples->value[0], samples->value[1], samples->value[2])
+  TRANSPOSE(dx, samples->dx[0], samples->dx[1], samples->dx[2])
+  TRANSPOSE(dy, samples->dy[0], samples->dy[1], samples->dy[2])
+  samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32),
+                             LOAD_PRIVATE(value + 48), s37bf);
+  if (!all(wanted)) {
+    /* What lies there may be of an earlier frame. */
+    const float16 zero = (float16)(0.0f);
+    for (int c = 0; c < HF_CHANNELS; ++c) {
+      samples->value[c] = CHOOSE(zero, samples->value[c], wanted);
+      samples->dx[c] = CHOOSE(zero, samples->dx[c], wanted);
+      samples->dy[c] = CHOOSE(zero, samples->dy[c], wanted);
+    }
+  }
+}
 #else
 void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
                   frame_samples* samples) {
@@ -108,29 +132,42 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       STORE_BYTES((lane_uchar)(0), classes + e);
       continue;
     }
-    const lane_float z = LOAD(depth + e);
-    const lane_float px = (column - warp.cx) * one_over_fx * z, py = (lane_float)((y - warp.cy) * one_over_fy) * z;
-    const lane_float qx =
-        fma((lane_float)(warp.d[0]), px,
-            fma((lane_float)(warp.d[1]), py, fma((lane_float)(warp.d[2]), z, (lane_float)(warp.d[3]))));
-    const lane_float qy =
-        fma((lane_float)(warp.d[4]), px,
-            fma((lane_float)(warp.d[5]), py, fma((lane_float)(warp.d[6]), z, (lane_float)(warp.d[7]))));
-    const lane_float qz =
-        fma((lane_float)(warp.d[8]), px,
-            fma((lane_float)(warp.d[9]), py, fma((lane_float)(warp.d[10]), z, (lane_float)(warp.d[11]))));
-    const lane_float safe_z = CHOOSE((lane_float)(1.0f), qz, qz > 1e-6f);
-    const lane_float u = fma(warp.fx * qx, 1.0f / safe_z, (lane_float)(warp.cx));
-    const lane_float v = fma(warp.fy * qy, 1.0f / safe_z, (lane_float)(warp.cy));
-    lane_int wanted =
-        (state == HF_USED) & (qz > 1e-6f) & (u >= warp.min_x) & (v >= warp.min_y) & (u < warp.max_x) & (v < warp.max_y);
+    lane_float u = column, v = (lane_float)(y);
+    lane_int wanted = state == HF_USED;
+    if (!warp.still) {
+      const lane_float z = LOAD(depth + e);
+      const lane_float px = (column - warp.cx) * one_over_fx * z, py = (lane_float)((y - warp.cy) * one_over_fy) * z;
+      const lane_float qx =
+          fma((lane_float)(warp.d[0]), px,
+              fma((lane_float)(warp.d[1]), py, fma((lane_float)(warp.d[2]), z, (lane_float)(warp.d[3]))));
+      const lane_float qy =
+          fma((lane_float)(warp.d[4]), px,
+              fma((lane_float)(warp.d[5]), py, fma((lane_float)(warp.d[6]), z, (lane_float)(warp.d[7]))));
+      const lane_float qz =
+          fma((lane_float)(warp.d[8]), px,
+              fma((lane_float)(warp.d[9]), py, fma((lane_float)(warp.d[10]), z, (lane_float)(warp.d[11]))));
+      const lane_float safe_z = CHOOSE((lane_float)(1.0f), qz, qz > 1e-6f);
+      u = fma(warp.fx * qx, 1.0f / safe_z, (lane_float)(warp.cx));
+      v = fma(warp.fy * qy, 1.0f / safe_z, (lane_float)(warp.cy));
+      wanted &= qz > 1e-6f;
+    }
+    wanted &= (u >= warp.min_x) & (v >= warp.min_y) & (u < warp.max_x) & (v < warp.max_y);
     if (!ANY(wanted)) {
       STORE_BYTES(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
       continue;
     }
-    const lane_float su = CHOOSE((lane_float)(warp.min_x), u, wanted), sv = CHOOSE((lane_float)(warp.min_y), v, wanted);
     frame_samples s;
-    sample_frame(frame, layout, su, sv, wanted, &s);
+#if HF_STRIPS
+    if (warp.still) {
+      sample_row(frame + HF_PIXEL * e, HF_PIXEL * layout.stride, wanted, &s);
+    } else {
+#endif
+      const lane_float su = CHOOSE((lane_float)(warp.min_x), u, wanted),
+                       sv = CHOOSE((lane_float)(warp.min_y), v, wanted);
+      sample_frame(frame, layout, su, sv, wanted, &s);
+#if HF_STRIPS
+    }
+#endif
     wanted &= s.coverage >= HF_LEAST_COVERAGE;
 
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
@@ -140,8 +177,10 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       const lane_float ix = fma((lane_float)(warp.turn[0]), s.dx[c], warp.turn[1] * s.dy[c]);
       const lane_float iy = fma((lane_float)(warp.turn[2]), s.dx[c], warp.turn[3] * s.dy[c]);
       STORE(s.value[c], samples + c * plane + e);
-      STORE(ix, samples + (3 + c) * plane + e);
-      STORE(iy, samples + (6 + c) * plane + e);
+      if (tests.keep_gradients) {
+        STORE(ix, samples + (3 + c) * plane + e);
+        STORE(iy, samples + (6 + c) * plane + e);
+      }
       const lane_float vx = gain[c] * LOAD(dx + c * plane + e), vy = gain[c] * LOAD(dy + c * plane + e);
       const lane_float mv2 = fma(vx, vx, vy * vy), mi2 = fma(ix, ix, iy * iy);
       const lane_int rendered = mv2 > tests.gradient_minimum2;

@@ -90,6 +90,7 @@ typedef struct {
   HF_FLOAT turn[4];                    /* 2x2, rows: turns frame gradients into the rendered view's axes */
   HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
   HF_INT every;                        /* every how manieth row of pixels is looked at; 1: all */
+  HF_INT still;                        /* 1: D is the identity, so every pixel is sampled where it is */
 } hf_warp;
 
 /* What the object does while the shutter is open: a point P moves by v + w x P, half of it before the frame's pose. */
@@ -107,6 +108,7 @@ typedef struct {
   HF_FLOAT angle_cosine2;     /* squared cosine of the largest angle */
   HF_FLOAT difference_maximum;
   HF_FLOAT difference_relative; /* added: this share of the larger magnitude */
+  HF_INT keep_gradients;        /* 1: sampled gradients are written for the constraints, not only values */
 } hf_tests;
 
 typedef struct {
@@ -123,6 +125,7 @@ typedef struct {
   HF_INT mean_gradient;    /* 1: mean of both gradients, 0: rendered only */
   HF_INT redundancy;
   HF_FLOAT redundancy_cosine2;
+  HF_INT elimination; /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
 } hf_constraints;
 
 #ifndef __OPENCL_VERSION__

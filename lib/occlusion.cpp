@@ -33,6 +33,7 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
   warp.max_x = static_cast<float>(valid.x + valid.width - 1);
   warp.max_y = static_cast<float>(valid.y + valid.height - 1);
   warp.every = 1;
+  warp.still = D.matrix() == Eigen::Matrix4d::Identity() ? 1 : 0;
   return warp;
 }
 
@@ -48,6 +49,7 @@ kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey) {
   tests.angle_cosine2 = static_cast<float>(cosine * cosine);
   tests.difference_maximum = static_cast<float>(options.difference_maximum);
   tests.difference_relative = static_cast<float>(options.difference_relative);
+  tests.keep_gradients = 1;
   tests.channels = grey ? 1 : HF_CHANNELS;
   return tests;
 }

@@ -29,6 +29,7 @@ TrackerOptions TrackerOptions::paper() {
   options.motion_blur = false;
   options.challenge = false;
   options.recovery = false;
+  options.texture_samples = 1;
   options.levels = 1;
   options.iterations = 1;
   return options;

@@ -158,7 +158,7 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
 
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
                            ConstraintSums& sums) const {
-  if (!enabled_ || k.redundancy || sums.rows <= 0) return;
+  if (!eliminates(k) || sums.rows <= 0) return;
   const kernel::hf_rect tiles = constraints.tiles();
   const double variance = std::max(sums.weighted_square / sums.rows, 1e-6);
   const double prior_gain = variance / (kGainDeviation * kGainDeviation);

@@ -133,9 +133,13 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   auto warp = make_warp(levels_[l].camera, D, conditioning().p_camera_center, image_.valid(level));
   warp.every = every;
   looked_at_every_ = every;
-  occlusion_.enqueue(view_, image_, level, warp, make_tests(tests_of(level), image_.grey()), photometry_.buffer(level));
+  kernel::hf_tests tests = make_tests(tests_of(level), image_.grey());
+  tests.keep_gradients = options_.mean_gradient ? 1 : 0;
+  occlusion_.enqueue(view_, image_, level, warp, tests, photometry_.buffer(level));
   kernel::hf_constraints options = constraint_options(level);
   options.every = every;
+  // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
+  options.elimination = level == finest_ && photometry_.eliminates(options) ? 1 : 0;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   return options;
 }
@@ -151,8 +155,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
   if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
-  // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
-  if (level == finest_) photometry_.eliminate(constraints_, options, sums);
+  if (options.elimination) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
   if (options_.robust_weights && sums.rows > 0) {
     look_.scale[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
