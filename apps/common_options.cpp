@@ -143,6 +143,9 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--all-channels,!--any-channel", [](O& o) -> bool& { return o.occlusion.all_channels; },
       "Test (5) asks all channels for a gradient, not any");
   add(
+      app, "--angle-together,!--angle-each", [](O& o) -> bool& { return o.occlusion.angle_together; },
+      "Test (6) compares all channels' gradients at once, not each");
+  add(
       app, "--compare-magnitudes,!--compare-vectors", [](O& o) -> bool& { return o.occlusion.compare_magnitudes; },
       "Test (7) compares lengths of gradients, not vectors");
   add(

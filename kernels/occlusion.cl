@@ -173,6 +173,7 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0), apart = (lane_int)(0);
+    lane_float along_all = (lane_float)(0.0f), mv2_all = (lane_float)(0.0f), mi2_all = (lane_float)(0.0f);
     for (int c = 0; c < HF_CHANNELS; ++c) {
       const lane_float ix = fma((lane_float)(warp.turn[0]), s.dx[c], warp.turn[1] * s.dy[c]);
       const lane_float iy = fma((lane_float)(warp.turn[2]), s.dx[c], warp.turn[3] * s.dy[c]);
@@ -189,7 +190,14 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       if (c < tests.channels) all_strong &= strong;
       any_rendered |= rendered;
       const lane_float along = fma(vx, ix, vy * iy);
-      angle_apart |= strong & ((along <= 0.0f) | (along * along < tests.angle_cosine2 * mv2 * mi2));
+      if (tests.angle_together) {
+        const lane_float counted = CHOOSE((lane_float)(0.0f), (lane_float)(1.0f), strong);
+        along_all = fma(counted, along, along_all);
+        mv2_all = fma(counted, mv2, mv2_all);
+        mi2_all = fma(counted, mi2, mi2_all);
+      } else {
+        angle_apart |= strong & ((along <= 0.0f) | (along * along < tests.angle_cosine2 * mv2 * mi2));
+      }
       const lane_float larger = sqrt(fmax(mv2, mi2));
       const lane_float limit =
           fma((lane_float)(tests.difference_relative), larger, (lane_float)(tests.difference_maximum));
@@ -198,6 +206,10 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
       } else {
         apart |= fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) >= limit * limit;
       }
+    }
+    if (tests.angle_together) {
+      angle_apart =
+          any_strong & ((along_all <= 0.0f) | (along_all * along_all < tests.angle_cosine2 * mv2_all * mi2_all));
     }
     const lane_int gradients = tests.all_channels ? all_strong : any_strong;
     lane_int class = (lane_int)(HF_USED);

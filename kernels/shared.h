@@ -102,7 +102,7 @@ typedef struct {
 } hf_exposure;
 
 typedef struct {
-  HF_INT gradient_test, angle_test, magnitude_test, all_channels, compare_magnitudes;
+  HF_INT gradient_test, angle_test, magnitude_test, all_channels, angle_together, compare_magnitudes;
   HF_INT channels;            /* of the frame: 1 when it is grey */
   HF_FLOAT gradient_minimum2; /* squared */
   HF_FLOAT angle_cosine2;     /* squared cosine of the largest angle */

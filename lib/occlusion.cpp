@@ -43,6 +43,7 @@ kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey) {
   tests.angle_test = options.angle_test ? 1 : 0;
   tests.magnitude_test = options.magnitude_test ? 1 : 0;
   tests.all_channels = options.all_channels ? 1 : 0;
+  tests.angle_together = options.angle_together ? 1 : 0;
   tests.compare_magnitudes = options.compare_magnitudes ? 1 : 0;
   tests.gradient_minimum2 = static_cast<float>(options.gradient_minimum * options.gradient_minimum);
   const double cosine = std::cos(options.angle_maximum);

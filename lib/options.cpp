@@ -18,6 +18,7 @@ TrackerOptions TrackerOptions::paper() {
   TrackerOptions options;
   options.mode = Mode::paper;
   options.occlusion.block_vote = false;
+  options.occlusion.angle_together = false;
   options.occlusion.difference_relative = 0;
   options.occlusion.vote_share = 0.5;
   options.occlusion.vote_relative = true;

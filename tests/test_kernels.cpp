@@ -489,6 +489,7 @@ Verdict reference_class(const Scene& scene, const kernel::hf_warp& warp, const k
     if (std::abs(a - b) < 2e-3 * scale) verdict.close = true;
   };
   bool any = false, all = true, rendered_any = false, apart_angle = false, apart = false;
+  std::vector<double> strong_v, strong_i;  // the strong channels' gradients, one after another
   for (int c = 0; c < 3; ++c) {
     const auto k = static_cast<std::size_t>(c);
     const double ix = static_cast<double>(warp.turn[0]) * raw[3 + k] + static_cast<double>(warp.turn[1]) * raw[6 + k];
@@ -506,7 +507,10 @@ Verdict reference_class(const Scene& scene, const kernel::hf_warp& warp, const k
     all = all && strong;
     rendered_any = rendered_any || rendered;
     const double cosine = std::sqrt(static_cast<double>(tests.angle_cosine2));
-    if (strong) {
+    if (strong && tests.angle_together) {
+      strong_v.insert(strong_v.end(), {gv.x(), gv.y()});
+      strong_i.insert(strong_i.end(), {gi.x(), gi.y()});
+    } else if (strong) {
       near(gv.dot(gi), cosine * gv.norm() * gi.norm(), gv.norm() * gi.norm());
       near(gv.dot(gi), 0, gv.norm() * gi.norm());
       if (std::acos(std::clamp(gv.dot(gi) / (gv.norm() * gi.norm()), -1.0, 1.0)) > std::acos(cosine))
@@ -517,6 +521,16 @@ Verdict reference_class(const Scene& scene, const kernel::hf_warp& warp, const k
     const double difference = tests.compare_magnitudes ? std::abs(gv.norm() - gi.norm()) : (gv - gi).norm();
     near(difference, limit, limit);
     apart = apart || difference >= limit;
+  }
+  if (!strong_v.empty()) {
+    const auto count = static_cast<Eigen::Index>(strong_v.size());
+    const Eigen::VectorXd all_v = Eigen::Map<Eigen::VectorXd>(strong_v.data(), count);
+    const Eigen::VectorXd all_i = Eigen::Map<Eigen::VectorXd>(strong_i.data(), count);
+    const double cosine = all_v.dot(all_i) / (all_v.norm() * all_i.norm());
+    const double least = std::sqrt(static_cast<double>(tests.angle_cosine2));
+    near(cosine, least, 1);
+    near(cosine, 0, 1);
+    apart_angle = cosine < least;
   }
   verdict.expected = HF_USED;
   if (tests.magnitude_test && apart) verdict.expected = HF_REJECTED_MAGNITUDE;
@@ -533,9 +547,10 @@ void check_occlusion_tests(Size size) {
     Scene scene(size, 21);
     DeviceScene on_device(impl, scene);
     kernel::hf_warp warp = small_warp(scene, size.width > 100 ? 0.01 : 1.0);
-    for (int variant = 0; variant < 8; ++variant) {
+    for (int variant = 0; variant < 9; ++variant) {
       CAPTURE(variant);
       OcclusionOptions options;
+      options.angle_together = variant != 8;
       if (variant == 1) options.all_channels = true;
       if (variant == 2) {
         options.compare_magnitudes = true;

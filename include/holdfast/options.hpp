@@ -11,6 +11,7 @@ struct OcclusionOptions {
   bool magnitude_test = true;          ///< test (7)
   bool block_vote = true;              ///< most gradient pixels of the 9x9 neighbourhood must have passed
   bool all_channels = false;           ///< test (5) asks all channels for a gradient, not any
+  bool angle_together = true;          ///< test (6) turns the strong channels' gradients as one vector, not each
   bool compare_magnitudes = false;     ///< test (7) compares lengths, not vectors
   double gradient_minimum = 0.00992;   ///< t_gm as a magnitude: intensity in [0, 1] a pixel; paper: sqrt(98.4e-6)
   double angle_maximum = 0.4503;       ///< t_theta, radians; paper: 25.8 degrees
