@@ -220,7 +220,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     const double side = std::sqrt(0.6 * object.width * object.height);
     int coarsest = 0;
     while (coarsest + 1 < options_.levels && side / (2 << coarsest) >= kLeastSide) ++coarsest;
-    coarsest = std::max(coarsest, finest_);
+    coarsest = std::max(coarsest, std::min(finest_ + 1, options_.levels - 1));
     const int margin =
         ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
     if (recovering) wanted = {0, 0, camera_.width, camera_.height};
@@ -408,8 +408,11 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   } else {
     restore(before);
     motion_.lose();
-    if (course_.last_promising) motion_.suspect(result.T_camera_object);
-    result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
+    if (course_.last_promising) {
+      motion_.suspect(result.T_camera_object);  // a better guess than that it went on as it moved
+    } else {
+      result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
+    }
   }
   return result;
 }
