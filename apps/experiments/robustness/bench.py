@@ -25,7 +25,7 @@ class Subject:
 class Bench(Work):
     def __init__(self, program, folder, scenario, threads):
         super().__init__(program, folder, scenario, threads)
-        self.maker_digest = digest(*sorted(HERE.glob("*s.py")), HERE / "light.py")
+        self.maker_digest = digest(*(HERE / name for name in ("light.py", "models.py", "paths.py")))
 
     def keep(self, folder, wanted, make):
         """`make()` fills `folder`, unless it holds what is wanted."""

@@ -5,6 +5,7 @@ import statistics
 
 import numpy
 
+import ablation
 import light
 import measures
 import models
@@ -123,40 +124,44 @@ def covariance(bench, recorded):
     return out
 
 
+def made_objects(bench, kinds):
+    """Of each kind its name, its model's path and the model's points."""
+    for kind in kinds:
+        model = bench.model(kind, bench.scenario["objects"][kind])
+        yield kind, model, models.read(model).points
+
+
 def small(bench, recorded):
     asked = bench.scenario["small"]
     rows = []
-    for kind in asked["objects"]:
-        model = bench.model(kind, bench.scenario["objects"][kind])
-        points = models.read(model).points
+    for kind, model, points in made_objects(bench, asked["objects"]):
         across = 0.9 * numpy.linalg.norm(points.max(0) - points.min(0))
         distance = across * CAMERA[2] / asked["pixels"]
-        subject = bench.simulated("small-" + kind, model, {"distance": "{0:.3f},{1:.3f}".format(distance, 1.02 * distance),
-                                                           "speed": 3})
+        subject = bench.simulated("small-" + kind, model, {
+            "distance": "{:.3f},{:.3f}".format(distance, 1.02 * distance), "speed": 3})
         run = bench.track("small-" + kind, subject)
-        rows.append([kind, asked["pixels"], text(distance), run.bad(), mm_deg(run), run.wrong(), verdict(run.bad() == 0)])
-    return table(["object", "pixels across", "distance, m", "frames lost or failed", "median, mm / deg",
-                  "held but wrong", "no loss"], rows)
+        rows.append([kind, asked["pixels"], text(distance), *losses(run)])
+    return table(["object", "pixels across", "distance, m", *LOSSES], rows)
 
 
 def outside(bench, recorded):
     asked = bench.scenario["outside"]
     rows = []
-    for kind in asked["objects"]:
-        model = bench.model(kind, bench.scenario["objects"][kind])
-        points = models.read(model).points
+    for kind, model, points in made_objects(bench, asked["objects"]):
         poses = paths.leaving(points, CAMERA, 0.55, asked["inside"], 160)
-        subject = bench.simulated("outside-" + kind, model, {}, poses=poses)
-        run = bench.track("outside-" + kind, subject)
+        run = bench.track("outside-" + kind, bench.simulated("outside-" + kind, model, {}, poses=poses))
         inside = [paths.share_inside(points, pose, CAMERA) for pose in poses]
-        # The first frame of the run is the first of the sequence: it is never reset.
-        part = [r for r in run.rows if inside[int(r["frame"])] < 0.6]
-        errors = [measures.error(r) for r in part]
-        rows.append([kind, text(100 * min(inside), 0), run.bad(), mm_deg(run), "{}: {} / {}".format(
-            len(part), text(statistics.median(e[0] for e in errors)), text(statistics.median(e[3] for e in errors))),
-            run.wrong(), verdict(run.bad() == 0)])
-    return table(["object", "least inside, %", "frames lost or failed", "median, mm / deg",
-                  "frames less than 60 % inside: median, mm / deg", "held but wrong", "no loss"], rows)
+        errors = [measures.error(r) for r in run.rows if inside[int(r["frame"])] < 0.6]
+        rows.append([kind, text(100 * min(inside), 0), *losses(run), "{}: {} / {}".format(
+            len(errors), *(text(statistics.median(e[i] for e in errors)) for i in (0, 3)))])
+    return table(["object", "least inside, %", *LOSSES, "frames less than 60 % inside: median, mm / deg"], rows)
+
+
+LOSSES = ["frames lost or failed", "median, mm / deg", "held but wrong", "no loss"]
+
+
+def losses(run):
+    return [run.bad(), mm_deg(run), run.wrong(), verdict(run.bad() == 0)]
 
 
 def without_times(path):
@@ -192,7 +197,8 @@ OBJECTS = ["object", "what is the matter", "success, %", "frames lost or failed"
 def objects(bench, recorded):
     rows = []
     for kind, seed in bench.scenario["objects"].items():
-        subject = bench.simulated("object-" + kind, bench.model(kind, seed))
+        changes = bench.scenario["objects_simulate"].get(kind, {})
+        subject = bench.simulated("object-" + kind, bench.model(kind, seed), changes)
         rows.append(object_row(kind, "", bench.track("object-" + kind, subject)))
     for kind in bench.scenario["wrong"]["objects"]:
         for what, subject in wrong_variants(bench, kind):
@@ -231,30 +237,7 @@ def wrong_variants(bench, kind):
     yield "fingers over {:.0f} %".format(100 * (1 - statistics.mean(seen))), subject
 
 
-def ablation(bench, recorded):
-    if not recorded:
-        return None
-    rows = []
-    for name, options in {"default mode": [], **bench.scenario["ablation"]}.items():
-        success, mm, deg, wrong, ms = [], [], [], 0, []
-        for sequence, subject in recorded.items():
-            run = bench.track("ablation/{}-{}".format(name.replace(" ", "_"), sequence), subject, "--protocol", "rbot",
-                              "--min-visible", "0.25", *options)
-            counted = [r for r in run.rows if r["counted"] == "1"]
-            success.append(100 * sum(measures.within(r, 50, 5) for r in counted) / len(counted))
-            wrong += sum(map(measures.wrong, counted))
-            mm.append(run.median()[0])
-            deg.append(run.median()[1])
-            ms += [measures.number(r, "ms") for r in run.rows]
-        title = name if not options else "without " + name if "levels" in name or options[0][:4] == "--no" else name
-        rows.append([title, " ".join(options), *(text(s, 1) for s in success), text(statistics.mean(success), 1), wrong,
-                     "{} / {}".format(text(statistics.mean(mm)), text(statistics.mean(deg))), text(statistics.median(ms))])
-    short = [name.replace("_", " ").rsplit(" ", 1)[0] for name in recorded]
-    return table(["part", "options", *(s + ", %" for s in short), "mean, %", "held but wrong",
-                  "mean of medians, mm / deg", "median ms"], rows)
-
-
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
-    "small": small, "outside": outside, "objects": objects, "same-twice": same_twice, "ablation": ablation,
+    "small": small, "outside": outside, "objects": objects, "same-twice": same_twice, "ablation": ablation.part,
 }
