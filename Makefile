@@ -54,7 +54,7 @@ robustness:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/robustness/run.py --program $(release)/apps/holdfast --work out/robustness \
-	  --document docs/robustness.md --threads $(JOBS) $(if $(PARTS),--only $(PARTS)) \
+	  --document docs/robustness.md --threads $(JOBS) --demo $(OUT) $(if $(PARTS),--only $(PARTS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 # Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.

@@ -23,8 +23,9 @@ class Subject:
 
 
 class Bench(Work):
-    def __init__(self, program, folder, scenario, threads):
+    def __init__(self, program, folder, scenario, threads, demo=None):
         super().__init__(program, folder, scenario, threads)
+        self.demo = demo
         self.maker_digest = digest(*(HERE / name for name in ("light.py", "models.py", "paths.py")))
 
     def keep(self, folder, wanted, make):
@@ -53,6 +54,8 @@ class Bench(Work):
         settings = {**self.scenario["simulate"], **dict(changes)}
         folder = self.folder / "sequences" / name
         given = [] if poses is None else poses
+        if poses is not None:
+            settings["frames"] = len(poses)
         behind = [] if occluder is None else [occluder[0], occluder[1]]
         wanted = digest(self.simulator_digest, self.maker_digest, model, json.dumps(settings, sort_keys=True),
                         *(p.tobytes() for p in given), *(str(b) for b in behind))

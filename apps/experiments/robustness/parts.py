@@ -6,6 +6,7 @@ import statistics
 import numpy
 
 import ablation
+import frame0
 import light
 import measures
 import models
@@ -239,5 +240,5 @@ def wrong_variants(bench, kind):
 
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
-    "small": small, "outside": outside, "objects": objects, "same-twice": same_twice, "ablation": ablation.part,
+    "small": small, "outside": outside, "objects": objects, "frame0": frame0.part, "same-twice": same_twice, "ablation": ablation.part,
 }

@@ -92,6 +92,17 @@ def leaving(points, camera, distance, inside, frames):
     return poses
 
 
+def turning(distance, turn, frames):
+    """Turning about y by this many degrees, from above to below, and back; moving a little."""
+    poses = []
+    for k in range(frames):
+        way = 0.5 - 0.5 * math.cos(2 * math.pi * k / (frames - 1))
+        rotation = upright(0.45 + math.radians(turn) * way, 0.4 * math.cos(math.pi * way), 0.1 * math.sin(0.04 * k))
+        centre = [0.05 * math.sin(0.03 * k), 0.03 * math.sin(0.045 * k), distance]
+        poses.append(numpy.column_stack([rotation, centre]))
+    return poses
+
+
 def held_by(poses, place):
     """What stays at `place` (4x4, object frame) of an object with these poses."""
     return [pose @ place for pose in poses]

@@ -2,7 +2,7 @@
 and calibrations that are a little wrong; whether its covariance is right; what each part is good for.
 
 python3 run.py --program holdfast --work out/robustness --document docs/robustness.md [--sequences FOLDER]
-               [--only PART,...]
+               [--demo FOLDER] [--only PART,...]
 
 What is asked stands in scenario.toml. Without recorded sequences, simulated ones stand in for them, and the tables that
 need them stay as they are.
@@ -34,6 +34,7 @@ def arguments():
     parser.add_argument("--work", required=True, type=Path, help="models, sequences and results; kept from run to run")
     parser.add_argument("--document", required=True, type=Path)
     parser.add_argument("--sequences", type=Path, help="folder of recorded sequences with true poses")
+    parser.add_argument("--demo", type=Path, help="folder that `make demo` filled")
     parser.add_argument("--only", help="some of: " + ", ".join(parts.PARTS))
     parser.add_argument("--threads", type=int, default=0, help="of simulation; 0: one a core")
     return parser.parse_args()
@@ -54,7 +55,7 @@ def recorded_subjects(folder):
 def main():
     given = arguments()
     scenario = tomllib.loads((HERE / "scenario.toml").read_text(encoding="utf-8"))
-    bench = Bench(given.program, given.work, scenario, given.threads)
+    bench = Bench(given.program, given.work, scenario, given.threads, given.demo)
     recorded = recorded_subjects(given.sequences) if given.sequences and given.sequences.is_dir() else {}
     chosen = given.only.split(",") if given.only else list(parts.PARTS)
     for name in chosen:
