@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace holdfast {
 namespace {
@@ -80,6 +81,13 @@ std::string why_little_agrees(const Estimate& estimate, const Circumstances& cir
   return "occluded " + percent(hidden_share(estimate, circumstances.usual_share));
 }
 
+std::string why_it_misfits(const Proportions::Misfit& misfit) {
+  char text[96];
+  std::snprintf(text, sizeof text, "model at least %.1f %% too large along %c beside %c", 100 * misfit.share,
+                "xyz"[misfit.large], "xyz"[misfit.small]);
+  return text;
+}
+
 }  // namespace
 
 Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Circumstances& circumstances) {
@@ -89,6 +97,7 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Cir
     }
     if (circumstances.gain > kOtherLight || circumstances.gain < 1 / kOtherLight)
       return {Status::held, "light changed"};
+    if (circumstances.misfit) return {Status::held, why_it_misfits(*circumstances.misfit)};
     return {Status::held, ""};
   }
   if (estimate.sums.visible <= 0) {

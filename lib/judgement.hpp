@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "flow_constraints.hpp"
 #include "holdfast/options.hpp"
 #include "holdfast/tracker.hpp"
+#include "proportions.hpp"
 
 namespace holdfast {
 
@@ -19,6 +21,7 @@ struct Estimate {
   double correlation = 0;
   /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
   double deviation = std::numeric_limits<double>::infinity();
+  Stretch stretch;                       ///< of the object beside its model; on the finest level only
   Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 
   /// Of the gradient pixels, the share that decided the pose.
@@ -45,6 +48,7 @@ struct Circumstances : Standing {
   double blur_pixels = 0;       ///< motion blur that was found
   double gain = 1;              ///< of the frame over the model's texture, over what it was
   bool searched_everywhere = false;
+  std::optional<Proportions::Misfit> misfit;  ///< of the model
 };
 
 /// Judges an estimate. A held object has a reason too where it is hard to hold.

@@ -310,6 +310,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     result.T_camera_object = best.T_camera_object;
     last_score_ = best.score;
     report(best, result);
+    if (result.status == Status::held && best.used_share() > kUsualScore * course_.usual_share) {
+      proportions_.add(best.stretch);
+    }
     course_.last_promising = is_promising(best);
     const bool again = course_.probable_frames > 0 && goes_on(course_.T_last, best.T_camera_object, kSameTurn);
     course_.probable_frames = is_probable(best) ? (again ? course_.probable_frames + 1 : 1) : 0;
@@ -361,6 +364,7 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
     circumstances.blur_pixels = look_.exposure * motion;
     circumstances.predicted_pixels = motion_.moving() ? corner_motion(motion_.pose(), motion_.predicted()) : 0;
   }
+  circumstances.misfit = proportions_.misfit();
   circumstances.gain = photometry_.gain(1) / course_.usual_gain;
   Verdict verdict = judge(estimate, options_, circumstances);
   result.status = verdict.status;
@@ -457,6 +461,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->restlessness_.clear();
+  impl_->proportions_.clear();
   impl_->photometry_.reset();
   impl_->look_ = {};
   impl_->course_ = {};

@@ -121,6 +121,7 @@ struct Tracker::Impl {
   MotionModel motion_;
   Restlessness restlessness_;
   Keyframes keyframes_;
+  Proportions proportions_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
   Look look_;
   Course course_;

@@ -121,6 +121,8 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     const double weight = expectation_weight(estimate.sums);
     estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
     const Matrix6 S = score_covariance(constraints_.tile_sums(), constraints_.tiles(), last_step);
+    estimate.stretch = observed_stretch(constraints_, levels_[static_cast<std::size_t>(level)].camera,
+                                        view_.T_camera_object(), condition, last_step);
     estimate.covariance = pose_covariance(estimate.sums.A, S, weight, expected);
     if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(look_.exposure);
   }

@@ -38,6 +38,11 @@ TEST_CASE("held: without a word when all is well, with one when it is hard") {
   brighter.gain = 0.6;
   CHECK(judge(estimate, {}, brighter).reason == "light changed");
 
+  Circumstances long_one = usual();
+  long_one.misfit = Proportions::Misfit{2, 0, 0.0234};
+  CHECK(judge(estimate, {}, long_one).status == Status::held);
+  CHECK(judge(estimate, {}, long_one).reason == "model at least 2.3 % too large along z beside x");
+
   estimate.sums.used = 1050;  // of 3500 usual ones
   CHECK(judge(estimate, {}, usual()).status == Status::held);
   CHECK(judge(estimate, {}, usual()).reason == "occluded 70 %");

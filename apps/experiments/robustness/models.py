@@ -248,7 +248,7 @@ def rock_500k(seed):
 
 
 def fingers(seed):
-    """Three fingers side by side and no more, pointing up, 15 mm thick, 100 mm long, about the origin."""
+    """Three fingers side by side and no more, pointing up, 18 mm thick, 120 mm long, about the origin."""
     points, coordinates, corners = [], [], []
     angles = numpy.linspace(0, math.pi / 2, 8)
     tip = [[0.0075 * math.cos(a), 0.05 + 0.0075 * math.sin(a)] for a in angles]
@@ -261,7 +261,7 @@ def fingers(seed):
     random = numpy.random.default_rng(seed)
     skin = numpy.clip(numpy.array([205, 150, 125]) + random.normal(0, 1, (16, 16, 1)) * [9, 9, 9], 0, 255)
     picture = Image.fromarray(skin.astype(numpy.uint8)).resize((128, 128), Image.BICUBIC)
-    return Model(points, coordinates, corners, pictures=[picture])
+    return Model(1.2 * numpy.asarray(points), coordinates, corners, pictures=[picture])
 
 
 KINDS = {

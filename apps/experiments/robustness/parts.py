@@ -188,11 +188,11 @@ def same_twice(bench, recorded):
 
 def object_row(name, changed, run):
     return [name, changed, text(run.success(), 1), run.bad(), run.wrong(), mm_deg(run),
-            "{} / {}".format(*map(text, run.largest()))]
+            "{} / {}".format(*map(text, run.largest())), sum(r["reason"].startswith("model") for r in run.rows)]
 
 
 OBJECTS = ["object", "what is the matter", "success, %", "frames lost or failed", "held but wrong", "median, mm / deg",
-           "largest, mm / deg"]
+           "largest, mm / deg", "frames that call the model's proportions wrong"]
 
 
 def objects(bench, recorded):
@@ -226,11 +226,17 @@ def wrong_variants(bench, kind):
         changed = bench.changed_model(name, model, lambda m: models.Model(
             factor * m.points, m.coordinates, m.corners, m.materials, m.pictures))
         yield "mesh times {:g}".format(factor), Subject(name, plain.folder, changed, plain.stamp + name)
+    for axis, factor in asked["stretched"]:
+        name = "stretched-{}-{:g}-{}".format(axis, factor, kind)
+        changed = bench.changed_model(name, model, lambda m: models.Model(
+            m.points * numpy.where(numpy.arange(3) == axis, factor, 1), m.coordinates, m.corners, m.materials,
+            m.pictures))
+        yield "mesh times {:g} along {}".format(factor, "xyz"[axis]), Subject(name, plain.folder, changed,
+                                                                              plain.stamp + name)
     # Three fingers over the front; they stay where they hold.
     size = models.read(model).points
     place = numpy.eye(4)
     place[:3, 3] = [0.15 * size[:, 0].max(), -0.05, size[:, 2].max() + 0.01]
-    place[:3, :3] *= 1.2
     name = "fingers-" + kind
     subject = bench.simulated(name, model, {}, occluder=(
         bench.model("fingers", 1), paths.held_by(paths.read_poses(plain.folder / "poses_gt.txt"), place)))
