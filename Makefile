@@ -7,8 +7,8 @@
 # make experiments  installs what is missing, then the paper's experiments again: docs/experiments.md and its pictures;
 #                 SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
 # make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
-#                 covariance, each part switched off: docs/robustness.md; SEQUENCES=folder for recorded sequences too,
-#                 PARTS=starts,small for some of it
+#                 covariance: docs/robustness.md; each part switched off: docs/experiments.md; SEQUENCES=folder for
+#                 recorded sequences too, PARTS=starts,small for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/recovery.md
 # make install    installs below PREFIX (/usr/local)
 # make deps       installs what is missing (cmake/packages.txt); make format, make clean
@@ -54,7 +54,7 @@ robustness:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/robustness/run.py --program $(release)/apps/holdfast --work out/robustness \
-	  --document docs/robustness.md --threads $(JOBS) --demo $(OUT) $(if $(PARTS),--only $(PARTS)) \
+	  --document docs/robustness.md --ablation-document docs/experiments.md --threads $(JOBS) --demo $(OUT) $(if $(PARTS),--only $(PARTS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 # Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.

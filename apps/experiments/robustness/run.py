@@ -1,7 +1,8 @@
 """How much the tracker bears: wrong first poses, other light, small and half-seen objects, objects of other kinds, models
 and calibrations that are a little wrong; whether its covariance is right; what each part is good for.
 
-python3 run.py --program holdfast --work out/robustness --document docs/robustness.md [--sequences FOLDER]
+python3 run.py --program holdfast --work out/robustness --document docs/robustness.md
+               [--ablation-document docs/experiments.md] [--sequences FOLDER]
                [--demo FOLDER] [--only PART,...]
 
 What is asked stands in scenario.toml. Without recorded sequences, simulated ones stand in for them, and the tables that
@@ -33,6 +34,7 @@ def arguments():
     parser.add_argument("--program", required=True)
     parser.add_argument("--work", required=True, type=Path, help="models, sequences and results; kept from run to run")
     parser.add_argument("--document", required=True, type=Path)
+    parser.add_argument("--ablation-document", type=Path, help="where the table of parts switched off goes [--document]")
     parser.add_argument("--sequences", type=Path, help="folder of recorded sequences with true poses")
     parser.add_argument("--demo", type=Path, help="folder that `make demo` filled")
     parser.add_argument("--only", help="some of: " + ", ".join(parts.PARTS))
@@ -66,7 +68,8 @@ def main():
             continue
         print("\n" + name + "\n" + text, flush=True)
         # After every part, so that an interrupted run leaves what it knows.
-        document.fill(given.document, {name: text})
+        other = given.ablation_document if name == "ablation" else None
+        document.fill(other or given.document, {name: text})
 
 
 if __name__ == "__main__":
