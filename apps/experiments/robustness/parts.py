@@ -149,6 +149,7 @@ def outside(bench, recorded):
     asked = bench.scenario["outside"]
     rows = []
     for kind, model, points in made_objects(bench, asked["objects"]):
+        points = paths.outermost(points)
         poses = paths.leaving(points, CAMERA, 0.55, asked["inside"], 160)
         run = bench.track("outside-" + kind, bench.simulated("outside-" + kind, model, {}, poses=poses))
         inside = [paths.share_inside(points, pose, CAMERA) for pose in poses]

@@ -29,6 +29,12 @@ def hull(points):
     return half(points) + half(points[::-1])
 
 
+def outermost(points):
+    """Those that are farthest out in one of many directions: all that outlines need."""
+    directions = numpy.random.default_rng(1).normal(size=(1000, 3))
+    return points[numpy.unique((points @ directions.T).argmax(0))]
+
+
 def area(polygon):
     return 0.5 * abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(polygon, polygon[1:] + polygon[:1])))
 
