@@ -203,6 +203,9 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--photometric,!--no-photometric", [](O& o) -> bool& { return o.photometric; },
       "Compensate gain and bias of each channel");
   add(
+      app, "--shading,!--no-shading", [](O& o) -> bool& { return o.shading; },
+      "Draw the view as the light falls on it, learnt from the frames");
+  add(
       app, "--mean-gradient,!--no-mean-gradient", [](O& o) -> bool& { return o.mean_gradient; },
       "Rows from the mean of rendered and frame gradients");
   add(

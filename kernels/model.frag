@@ -8,6 +8,9 @@ uniform sampler2D surface;
 in vec4 fragment_color;
 #endif
 
+in vec3 fragment_position;
+uniform vec3 shading;  // how much brighter surface that faces this way (camera frame) looks than its texture
+
 out vec4 pixel;
 
 void main() {
@@ -36,6 +39,11 @@ void main() {
 #else
   vec4 color = vec4(0.0);
 #endif
+  if (shading != vec3(0.0)) {
+    vec3 normal = normalize(cross(dFdx(fragment_position), dFdy(fragment_position)));
+    if (dot(normal, fragment_position) > 0.0) normal = -normal;
+    color.rgb *= (1.0 + dot(shading, normal)) / (1.0 + length(shading));
+  }
   // Filtering mixes never-seen texels (alpha 0) in; where that is more than a trace, the colour is not known.
   pixel = vec4(color.rgb, step(0.98, color.a));
 }

@@ -9,9 +9,11 @@ layout(location = 2) in vec4 color;
 out vec4 fragment_color;
 #endif
 
-uniform mat4 clip_from_object;
+uniform mat4 clip_from_object, camera_from_object;
+out vec3 fragment_position;  // camera frame, metres
 
 void main() {
+  fragment_position = (camera_from_object * vec4(position, 1.0)).xyz;
   gl_Position = clip_from_object * vec4(position, 1.0);
 #ifdef TEXTURED
   fragment_coordinate = texture_coordinate;

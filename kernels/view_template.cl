@@ -40,12 +40,19 @@ pixel_mask depth_jump(pixel_lane z, pixel_lane other, float relative) {
   return (other <= 0.0f) | (fabs(other - z) > relative * z);
 }
 
+/* 1/Z is linear in the image on a plane: whether it bends between two pixels `step` elements either way. */
+INLINE pixel_mask bent(__global const float* depth, int step, float relative) {
+  const pixel_lane z = LOAD_LANE(depth), before = LOAD_LANE(depth - step), after = LOAD_LANE(depth + step);
+  return (before > 0.0f) & (after > 0.0f) & (fabs(z / before + z / after - 2.0f) > relative);
+}
+
 /* Blurred, normalised pixels -> planes. Usable: covered at least `least_coverage` within the blur's reach and no depth
-   jump or hole within `reach` pixels in the row and the column; `usable` is 0 outside the object (and outside the
+   jump or hole within `reach` pixels in the row and the column, nor, where `bend` is above 0, an edge between faces
+   within three; `usable` is 0 outside the object (and outside the
    frame of width x height), HF_UNUSABLE or HF_USED. The planes are written where the object is. */
 __kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
                               int width, int height, float least_coverage, float jump, int reach, __global float* value,
-                              __global float* dx, __global float* dy, int plane, __global uchar* usable) {
+                              __global float* dx, __global float* dy, int plane, __global uchar* usable, float bend) {
   const int y = rect.y + (int)get_global_id(1);
   for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
     const int e = element(layout, rect.x + i, y);
@@ -68,6 +75,10 @@ __kernel void template_planes(__global const float* in, __global const float* de
                                 depth_jump(z, LOAD_LANE(depth + e - k * layout.stride), jump) |
                                 depth_jump(z, LOAD_LANE(depth + e + k * layout.stride), jump);
       good &= !broken;
+    }
+    if (bend > 0.0f) {
+      good &= !(bent(depth + e, 1, bend) | bent(depth + e, 3, bend) | bent(depth + e, layout.stride, bend) |
+                bent(depth + e, 3 * layout.stride, bend));
     }
     pixel_mask state = CHOOSE((pixel_mask)(HF_UNUSABLE), (pixel_mask)(HF_USED), good);
     state = CHOOSE((pixel_mask)(HF_NOT_VISIBLE), state, visible);

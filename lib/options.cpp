@@ -25,6 +25,7 @@ TrackerOptions TrackerOptions::paper() {
   options.redundancy = true;
   options.robust_weights = false;
   options.photometric = false;
+  options.shading = false;
   options.mean_gradient = false;
   options.correlation_search = false;
   options.motion_blur = false;

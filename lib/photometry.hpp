@@ -27,6 +27,11 @@ class Photometry {
     bias_ = pair.bias;
   }
 
+  /// The view is drawn brighter by this from now on: the object's gain, for what was drawn before, goes down by it.
+  void view_brightened(double factor) {
+    for (double& gain : gain_) gain /= factor;
+  }
+
   /// Fills the cells of these tiles of a level with the object's pair, or with what their place had on the coarser
   /// level `from_level`.
   void start_level(int level, const kernel::hf_rect& tiles, int from_level = -1);
@@ -48,6 +53,12 @@ class Photometry {
   const cl::Buffer& buffer(int level) const { return cells_[static_cast<std::size_t>(level)].buffer; }
   double gain(int channel) const { return gain_[static_cast<std::size_t>(channel)]; }
   double bias(int channel) const { return bias_[static_cast<std::size_t>(channel)]; }
+
+  /// Sums of view and frame over the used pixels of a cell, of the last sums.
+  struct CellLight {
+    double pixels = 0, view = 0, frame = 0;
+  };
+  static CellLight cell_light(const FlowConstraints& constraints, int column, int row);
 
   /// Correlation of view and frame over the used pixels of the last sums, each cell about its own means.
   static double correlation(const FlowConstraints& constraints);

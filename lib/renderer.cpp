@@ -30,6 +30,8 @@ constexpr std::size_t kAppearances = 3;
 struct Program {
   GLuint name = 0;
   GLint clip_from_object = -1;
+  GLint camera_from_object = -1;
+  GLint shading = -1;
 };
 
 /// Triangles that share a material, as a range of the index buffer.
@@ -196,6 +198,7 @@ struct Renderer::Impl {
   bool has_colors = false;
   bool is_closed = false;  ///< backs of triangles are never seen
   Eigen::Vector3d center;
+  Eigen::Vector3f shading = Eigen::Vector3f::Zero();
   Eigen::Vector3d half_extent;
 };
 
@@ -293,6 +296,8 @@ Program Renderer::Impl::link(const char* variant) const {
                                   "; install libosmesa6 of Mesa 12 or later");
   }
   program.clip_from_object = gl.get_uniform_location(program.name, "clip_from_object");
+  program.camera_from_object = gl.get_uniform_location(program.name, "camera_from_object");
+  program.shading = gl.get_uniform_location(program.name, "shading");
   return program;
 }
 
@@ -483,11 +488,14 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   gl.bind_vertex_array(geometry);
   const Eigen::Matrix4f clip_from_object =
       (projection(camera, roi, range) * T_camera_center.matrix()).eval().cast<float>();
+  const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
   for (const Batch& batch : batches) {
     const Appearance look = appearance(batch.material);
     const Program& program = programs[static_cast<std::size_t>(look)];
     gl.use_program(program.name);
     gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
+    gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
+    gl.uniform3(program.shading, 1, shading.data());
     if (look == Appearance::textured) {
       gl.bind_texture(GL_TEXTURE_2D, materials[batch.material].texture);
     }
@@ -537,6 +545,13 @@ DepthRange Renderer::render(const Pose& T_camera_object, const Camera& camera, c
 }
 
 void Renderer::set_texture(std::size_t material, const Texture& texture) { impl_->set_texture(material, texture); }
+
+void Renderer::set_shading(const Eigen::Vector3d& shading) {
+  if (!(shading.norm() < 1)) {
+    fail(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
+  }
+  impl_->shading = shading.cast<float>();
+}
 
 std::string Renderer::description() const { return impl_->description; }
 

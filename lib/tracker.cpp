@@ -81,6 +81,8 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       motion_(p_object_center_),
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
+  shaded_ = options_.shading && has_flat_faces(mesh);
+  patches_.reserve(static_cast<std::size_t>(levels_[0].cells_x()) * static_cast<std::size_t>(levels_[0].cells_y()));
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
   device_.impl().queue.finish();
@@ -407,6 +409,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
     course_.usual_gain += kScoreMemory * (photometry_.gain(1) - course_.usual_gain);
     if (look_.usual_fine_score > 0 && last_score_ > kUsualScore * look_.usual_fine_score) {
+      learn_shading();
       keyframes_.remember(result.T_camera_object);
     }
   } else {
@@ -519,6 +522,7 @@ RenderedView Tracker::rendered_view() const {
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);
+  impl.view_.renderer().set_shading(Eigen::Vector3d::Zero());
   const DepthRange range =
       impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
                                    {view.rgba.data(), view.depth.data(), 0});

@@ -102,6 +102,8 @@ struct Tracker::Impl {
   /// Iterated on new views until the pose stays where it is: a start from far away comes near in few steps only.
   Estimate settled(const Estimate& estimate);
   void remember_score(const Estimate& good);
+  /// Takes from the last sums how light depends on where surface faces.
+  void learn_shading();
   /// What the caller is told of an estimate: its verdict and its figures.
   void report(const Estimate& estimate, FrameResult& result) const;
 
@@ -123,6 +125,8 @@ struct Tracker::Impl {
   Keyframes keyframes_;
   Proportions proportions_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
+  std::vector<LitPatch> patches_;            ///< of the last frame held
+  bool shaded_ = false;                      ///< the view is drawn as light falls on it
   Look look_;
   Course course_;
   int looked_at_every_ = 1;  ///< row of pixels, in the last sums

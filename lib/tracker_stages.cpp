@@ -21,6 +21,10 @@ constexpr double kDamping = 1e-6;
 constexpr double kRowsPerObservation = 40;
 /// A start's own uncertainty where nothing is expected: object radii and radians.
 constexpr double kFreeDeviation = 0.3;
+/// What 1/Z bends by at an edge of flat faces, of itself.
+constexpr double kBend = 6e-4;
+/// Pixels of a cell that tell how bright it is.
+constexpr double kLeastPatch = 8;
 /// What a doubtful result is turned by to start again, radians.
 constexpr double kChallengeTurn = 0.2;
 /// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
@@ -65,6 +69,8 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   ViewTemplate::Margin margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
+  // The lens blurs the step of brightness between faces as light, which moves it.
+  if (shaded_ && relaxed > 0.5) margin.bend = kBend;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
   Exposure exposure;
   if (options_.motion_blur && moved_ && look_.exposure > 0) {
@@ -72,6 +78,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
     exposure.light = look_.exposed_light;
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
+  view_.renderer().set_shading(look_.shading.direction());
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
@@ -276,6 +283,31 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool l
   estimate.correlation = Photometry::correlation(constraints_);
   estimate.score = score_of(estimate);
   return estimate;
+}
+
+void Tracker::Impl::learn_shading() {
+  if (!shaded_ || finest_drawn_ != finest_) return;
+  patches_.clear();
+  const kernel::hf_rect& tiles = constraints_.tiles();
+  constexpr int kAcross = HF_TILE / HF_CELL;
+  double brighter = 0, weight = 0;
+  const Shading before = look_.shading;
+  for (int row = 0; row < tiles.height * kAcross; ++row) {
+    for (int column = 0; column < tiles.width * kAcross; ++column) {
+      const Photometry::CellLight light = Photometry::cell_light(constraints_, column, row);
+      if (light.pixels < kLeastPatch || light.view <= 0) continue;
+      const auto normal = view_.normal_at(tiles.x * HF_TILE + column * HF_CELL + HF_CELL / 2,
+                                          tiles.y * HF_TILE + row * HF_CELL + HF_CELL / 2);
+      if (!normal) continue;
+      patches_.push_back({*normal, before.of(*normal) * light.frame / light.view, light.pixels});
+    }
+  }
+  look_.shading.learn(patches_);
+  for (const LitPatch& patch : patches_) {
+    brighter += patch.weight * look_.shading.of(patch.normal) / before.of(patch.normal);
+    weight += patch.weight;
+  }
+  if (weight > 0) photometry_.view_brightened(brighter / weight);
 }
 
 void Tracker::Impl::measure_exposure(const Estimate& estimate) {

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "holdfast/pose.hpp"
+#include "shading.hpp"
 
 namespace holdfast {
 
@@ -24,6 +25,7 @@ struct Look {
   bool exposed_light = false;  ///< what adds up meanwhile is light, not encoded values
   int exposure_settled = 0;    ///< how often measuring it has changed nothing
   int fast_frames = 0;         ///< since it was measured
+  Shading shading;
 
   /// Of the fine stage, to live up to.
   double expected_score() const { return usual_fine_score > 0 ? usual_fine_score : kOrdinaryScore; }

@@ -94,12 +94,14 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
   // frame meanwhile.
   if (copied_()) copied_.wait();
-  const DepthRange range =
+  const DepthRange range = range_ =
       renderer_.render(T_camera_object, level.camera, rect, {host_rgba_.data(), host_depth_.data(), rect.width});
   device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, 0, pixel_count * 4, host_rgba_.data());
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
   device_.queue.flush();
+  drawn_ = rect;
+  drawn_level_ = f;
   render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 
   kernel::hf_view view{};
@@ -148,11 +150,40 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
     template_planes_.setArg(11, planes.dy);
     template_planes_.setArg(12, static_cast<int>(levels_[l].elements));
     template_planes_.setArg(13, planes.usable);
+    template_planes_.setArg(14, static_cast<float>(margin.bend * (1 << l)));
     device_.enqueue_rows(template_planes_, level_rect.width, level_rect.height);
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};
   }
   return true;
+}
+
+std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
+  constexpr int kReach = 2;
+  constexpr double kBend = 5e-4;
+  if (x - kReach < drawn_.x || y - kReach < drawn_.y || x + kReach >= drawn_.x + drawn_.width ||
+      y + kReach >= drawn_.y + drawn_.height) {
+    return {};
+  }
+  // 1/Z is linear in the image on a plane.
+  bool surface = true;
+  const auto inverse = [&](int dx, int dy) {
+    const auto row = static_cast<std::size_t>(y + dy - drawn_.y), column = static_cast<std::size_t>(x + dx - drawn_.x);
+    const double d = static_cast<double>(host_depth_[row * static_cast<std::size_t>(drawn_.width) + column]);
+    surface = surface && d < 1;
+    return (range_.far_plane - d * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+  };
+  const double here = inverse(0, 0), left = inverse(-kReach, 0), right = inverse(kReach, 0), up = inverse(0, -kReach),
+               down = inverse(0, kReach);
+  if (!surface || std::abs(left + right - 2 * here) > kBend * here || std::abs(up + down - 2 * here) > kBend * here) {
+    return {};
+  }
+  const double slope_x = (right - left) / (2 * kReach), slope_y = (down - up) / (2 * kReach);
+  const Camera& camera = levels_[drawn_level_].camera;
+  const Eigen::Vector3d normal(camera.fx * slope_x, camera.fy * slope_y,
+                               here + slope_x * (camera.cx - x) + slope_y * (camera.cy - y));
+  // n . P is the same all over the plane, n . (P / Z) = that / Z: positive as it is written, away from the camera.
+  return -normal.normalized();
 }
 
 void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "device_image.hpp"
@@ -39,12 +40,17 @@ class ViewTemplate {
     double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
     double depth_jump = 0.02;     ///< relative step in depth
     int jump_reach = 1;           ///< pixels from a jump
+    double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
   };
 
   /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Returns false when the
   /// object is out of view. The call draws at once and enqueues the rest.
   bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
                const Exposure& exposure = {});
+
+  /// Unit normal, towards the camera (camera axes), of the surface around a pixel of the finest level drawn last; none
+  /// where that is not flat or not all surface.
+  std::optional<Eigen::Vector3d> normal_at(int x, int y) const;
 
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }
@@ -66,6 +72,9 @@ class ViewTemplate {
   cl::Buffer rgba_, window_depth_;
   std::vector<std::uint8_t> host_rgba_;
   std::vector<float> host_depth_;
+  Rect drawn_;        ///< what the host memory holds, pixels of the level drawn
+  DepthRange range_;  ///< of it
+  std::size_t drawn_level_ = 0;
   cl::Event copied_;  ///< of the host memory
   cl::Kernel unpack_, motion_blur_, halve_depth_, template_planes_;
   Pose T_camera_object_ = Pose::Identity();

@@ -855,7 +855,7 @@ void check_view_template(Size size) {
   }
 }
 
-void check_template_planes(Size size) {
+void check_template_planes(Size size, float bend) {
   for (const Partition partition : partitions()) {
     const Device device = make_device(partition);
     const Device::Impl& impl = device.impl();
@@ -866,7 +866,7 @@ void check_template_planes(Size size) {
     Planes depth(size.width, size.height, 1);
     for (double& z : depth.values) {
       // Levels of depth far from the jump's limit, and holes.
-      z = uniform(random) < 0.1 ? 0.0 : uniform(random) < 0.1 ? 0.7f : 0.6f;
+      z = uniform(random) < 0.1 ? 0.0 : uniform(random) < 0.1 ? 0.7f : uniform(random) < 0.1 ? 0.605f : 0.6f;
     }
     auto memory = to_memory(in, level);
     auto depth_memory = to_plane_memory(depth, level);
@@ -891,6 +891,7 @@ void check_template_planes(Size size) {
     kernel.setArg(11, dy);
     kernel.setArg(12, static_cast<int>(level.elements));
     kernel.setArg(13, usable);
+    kernel.setArg(14, bend);
     impl.enqueue_rows(kernel, level.padded_width, level.padded_height);
     const auto got_value = download<float>(impl, value, level.elements * 3);
     const auto got_dx = download<float>(impl, dx, level.elements * 3);
@@ -911,6 +912,11 @@ void check_template_planes(Size size) {
             for (int k = 1; k <= reach; ++k) {
               const double other = depth.get(x + k * n[0], y + k * n[1], 0);
               good = good && other > 0 && std::abs(other - z) <= 0.02 * z;
+            }
+            for (const int k : {1, 3}) {
+              const double before = depth.get(x - k * n[0], y - k * n[1], 0);
+              const double after = depth.get(x + k * n[0], y + k * n[1], 0);
+              if (bend > 0 && before > 0 && after > 0 && std::abs(z / before + z / after - 2) > 0.004) good = false;
             }
           }
           expected = good ? HF_USED : HF_UNUSABLE;
@@ -1004,6 +1010,9 @@ void check_shift_scores(Size size) {
 
 }  // namespace
 
+void check_template_planes_kept(Size size) { check_template_planes(size, 0.0f); }
+void check_template_planes_bent(Size size) { check_template_planes(size, 0.004f); }
+
 #define SMALL_AND_LARGE(NAME, CHECK_FUNCTION)            \
   TEST_CASE(NAME ": 1x1 and 17x13") {                    \
     for (const Size size : kSmall) {                     \
@@ -1019,7 +1028,8 @@ SMALL_AND_LARGE("blur", check_blur)
 SMALL_AND_LARGE("halving", check_halve)
 SMALL_AND_LARGE("conversion of every frame format, plain and distorted", check_conversion)
 SMALL_AND_LARGE("unpacking and halving the view", check_view_template)
-SMALL_AND_LARGE("template planes and usability", check_template_planes)
+SMALL_AND_LARGE("template planes and usability", check_template_planes_kept)
+SMALL_AND_LARGE("template planes away from edges between faces", check_template_planes_bent)
 SMALL_AND_LARGE("occlusion tests", check_occlusion_tests)
 SMALL_AND_LARGE("vote, flow constraints and their sums", check_flow_constraints)
 SMALL_AND_LARGE("shift scores", check_shift_scores)

@@ -43,6 +43,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   int iterations = 5;              ///< most solved systems a level
   bool robust_weights = true;      ///< Student-t weights on what passes the tests
   bool photometric = true;         ///< gain and bias a channel, global and a tile
+  bool shading = true;             ///< draw the view as light falls on it from one side, as learnt from the frames
   bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
   bool predict_velocity = true;    ///< constant-velocity hypothesis beside no motion
   bool correlation_search = true;  ///< shift search on the coarsest level

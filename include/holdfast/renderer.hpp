@@ -55,6 +55,11 @@ class HOLDFAST_EXPORT Renderer {
   /// without texture coordinates, Error(model) for a texture larger than OSMesa takes.
   void set_texture(std::size_t material, const Texture& texture);
 
+  /// What a distant light adds: surface with the unit normal n (camera axes, towards the camera) is drawn
+  /// (1 + shading . n) / (1 + |shading|) times as bright as its texture, from now on. Shorter than 1; zero, as at
+  /// first: as bright as its texture.
+  void set_shading(const Eigen::Vector3d& shading);
+
   /// GL_RENDERER, GL_VERSION of the context, for reports.
   std::string description() const;
 
