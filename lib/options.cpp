@@ -41,6 +41,7 @@ TrackerOptions TrackerOptions::fast() {
   TrackerOptions options;
   options.mode = Mode::fast;
   options.texture_samples = 1;
+  options.mesh_deviation = 0.2;
   options.most_pixels = 16000;
   options.enough_pixels = 2000;
   return options;
@@ -59,6 +60,7 @@ void TrackerOptions::validate() const {
   check(levels >= 1 && levels <= 6, "levels", "in [1, 6]");
   check(finest_level >= 0 && finest_level < levels, "finest_level", "at least 0 and less than the number of levels");
   check(texture_samples == 1 || texture_samples == 4, "texture_samples", "1 or 4");
+  check(mesh_deviation >= 0 && mesh_deviation <= 10, "mesh_deviation", "in [0, 10] pixels");
   check(most_pixels >= 1000, "most_pixels", "1000 or more");
   check(enough_pixels >= 100, "enough_pixels", "100 or more");
   check(iterations >= 1 && iterations <= 100, "iterations", "in [1, 100]");

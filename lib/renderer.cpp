@@ -12,6 +12,7 @@
 #include "embedded_text.hpp"
 #include "gl_context.hpp"
 #include "holdfast/error.hpp"
+#include "mesh_levels.hpp"
 #include "texture_levels.hpp"
 
 namespace holdfast {
@@ -39,6 +40,13 @@ struct Batch {
   std::size_t material = 0;
   GLsizei index_count = 0;
   std::size_t first_index = 0;
+};
+
+/// The mesh, or a level of it, as the driver holds it.
+struct Geometry {
+  GLuint vertex_array = 0;
+  std::vector<Batch> batches;
+  double deviation = 0;  ///< from the mesh, metres
 };
 
 struct MaterialState {
@@ -91,15 +99,16 @@ std::vector<Vertex> make_vertices(const Mesh& mesh, const Eigen::Vector3d& cente
   return vertices;
 }
 
-std::uint32_t material_of(const Mesh& mesh, std::size_t triangle) {
-  return mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[triangle];
+std::uint32_t material_of(const std::vector<std::uint32_t>& materials, std::size_t triangle) {
+  return materials.empty() ? 0 : materials[triangle];
 }
 
 /// Sorts the triangles by material (keeping their order within one) and describes the ranges.
-std::vector<std::uint32_t> make_indices(const Mesh& mesh, std::size_t material_count, std::vector<Batch>& batches) {
+std::vector<std::uint32_t> make_indices(const MeshLevel& level, std::size_t material_count,
+                                        std::vector<Batch>& batches) {
   std::vector<std::size_t> next(material_count + 1, 0);
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    next[material_of(mesh, i) + 1] += 3;
+  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
+    next[material_of(level.triangle_materials, i) + 1] += 3;
   }
   for (std::size_t material = 0; material < material_count; ++material) {
     if (next[material + 1] > 0) {
@@ -107,14 +116,29 @@ std::vector<std::uint32_t> make_indices(const Mesh& mesh, std::size_t material_c
     }
     next[material + 1] += next[material];
   }
-  std::vector<std::uint32_t> indices(mesh.triangles.size() * 3);
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    std::size_t& position = next[material_of(mesh, i)];
-    std::copy(mesh.triangles[i].begin(), mesh.triangles[i].end(),
+  std::vector<std::uint32_t> indices(level.triangles.size() * 3);
+  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
+    std::size_t& position = next[material_of(level.triangle_materials, i)];
+    std::copy(level.triangles[i].begin(), level.triangles[i].end(),
               indices.begin() + static_cast<std::ptrdiff_t>(position));
     position += 3;
   }
   return indices;
+}
+
+/// The vertices that are used, in the order of their use.
+std::vector<Vertex> used_vertices(const std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices) {
+  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+  std::vector<std::uint32_t> place(vertices.size(), kUnused);
+  std::vector<Vertex> used;
+  for (std::uint32_t& index : indices) {
+    if (place[index] == kUnused) {
+      place[index] = static_cast<std::uint32_t>(used.size());
+      used.push_back(vertices[index]);
+    }
+    index = place[index];
+  }
+  return used;
 }
 
 // Coordinates that leave the image ask for repetition; otherwise repeating would bleed the opposite border in.
@@ -128,7 +152,7 @@ std::vector<bool> repeating_materials(const Mesh& mesh, std::size_t material_cou
     for (const std::uint32_t index : mesh.triangles[i]) {
       const Eigen::Vector2f& t = mesh.texture_coordinates[index];
       if (t.minCoeff() < -kRounding || t.maxCoeff() > 1 + kRounding) {
-        repeat[material_of(mesh, i)] = true;
+        repeat[material_of(mesh.triangle_materials, i)] = true;
       }
     }
   }
@@ -191,12 +215,12 @@ struct Renderer::Impl {
   std::vector<int> heights;
   std::vector<GLuint> framebuffers;  ///< one a pair of size classes, widths first; 0: not made yet
   std::array<Program, kAppearances> programs;
-  GLuint geometry = 0;
-  std::vector<Batch> batches;
+  std::vector<Geometry> geometries;  ///< the mesh, then ever coarser levels of it
   std::vector<MaterialState> materials;
   bool has_texture_coordinates = false;
   bool has_colors = false;
-  bool is_closed = false;  ///< backs of triangles are never seen
+  bool is_closed = false;       ///< backs of triangles are never seen
+  double deviation_pixels = 0;  ///< that a coarser level may cost
   Eigen::Vector3d center;
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
   Eigen::Vector3d half_extent;
@@ -207,7 +231,8 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
       gl(context->gl()),
       has_texture_coordinates(!mesh.texture_coordinates.empty()),
       has_colors(!mesh.colors.empty()),
-      is_closed(is_closed_outward(mesh)) {
+      is_closed(is_closed_outward(mesh)),
+      deviation_pixels(options.deviation_pixels) {
   const CurrentGlContext current(*context);
   const auto* renderer = reinterpret_cast<const char*>(gl.get_string(GL_RENDERER));
   const auto* version = reinterpret_cast<const char*>(gl.get_string(GL_VERSION));
@@ -226,6 +251,10 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   if (options.texture_samples != 1 && options.texture_samples != 4) {
     fail(ErrorCode::invalid_argument,
          "texture_samples is " + std::to_string(options.texture_samples) + "; it must be 1 or 4");
+  }
+  if (!(deviation_pixels >= 0)) {
+    fail(ErrorCode::invalid_argument,
+         "deviation_pixels is " + std::to_string(deviation_pixels) + "; it must be 0 or more");
   }
   widths = size_classes(max_width);
   heights = size_classes(max_height);
@@ -246,8 +275,19 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   center = box.center();
   half_extent = box.sizes() / 2;
   const std::size_t material_count = std::max<std::size_t>(mesh.materials.size(), 1);
-  const std::vector<std::uint32_t> indices = make_indices(mesh, material_count, batches);
-  geometry = upload_geometry(make_vertices(mesh, center), indices);
+  std::vector<MeshLevel> mesh_and_levels{{mesh.triangles, mesh.triangle_materials, 0}};
+  if (deviation_pixels > 0) {
+    for (MeshLevel& level : mesh_levels(mesh)) mesh_and_levels.push_back(std::move(level));
+  }
+  const std::vector<Vertex> vertices = make_vertices(mesh, center);
+  for (const MeshLevel& level : mesh_and_levels) {
+    Geometry geometry;
+    std::vector<std::uint32_t> indices = make_indices(level, material_count, geometry.batches);
+    const std::vector<Vertex> used = used_vertices(vertices, indices);
+    geometry.vertex_array = upload_geometry(used, indices);
+    geometry.deviation = level.deviation;
+    geometries.push_back(std::move(geometry));
+  }
   materials.resize(mesh.materials.size());
   const std::vector<bool> repeat = repeating_materials(mesh, material_count);
   for (std::size_t i = 0; i < materials.size(); ++i) {
@@ -485,11 +525,16 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   bind_framebuffer(roi.width, roi.height);
   gl.viewport(0, 0, roi.width, roi.height);
   gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  gl.bind_vertex_array(geometry);
+  // Where the object is nearest a metre is the most pixels.
+  const double pixel = range.near_plane / std::max(camera.fx, camera.fy);
+  std::size_t level = 0;
+  while (level + 1 < geometries.size() && geometries[level + 1].deviation <= deviation_pixels * pixel) ++level;
+  const Geometry& geometry = geometries[level];
+  gl.bind_vertex_array(geometry.vertex_array);
   const Eigen::Matrix4f clip_from_object =
       (projection(camera, roi, range) * T_camera_center.matrix()).eval().cast<float>();
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
-  for (const Batch& batch : batches) {
+  for (const Batch& batch : geometry.batches) {
     const Appearance look = appearance(batch.material);
     const Program& program = programs[static_cast<std::size_t>(look)];
     gl.use_program(program.name);

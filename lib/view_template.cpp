@@ -17,12 +17,12 @@ constexpr int kMostTaps = 24;
 }  // namespace
 
 ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
-                           const std::vector<Level>& levels, ImageFilter& filter, int texture_samples)
+                           const std::vector<Level>& levels, ImageFilter& filter, const RendererOptions& options)
     : device_(device),
       levels_(levels),
       filter_(filter),
       renderer_(mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
-                {texture_samples}) {
+                options) {
   for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
   for (const Level& level : levels) {
     const std::size_t plane = (level.elements + kGuardFloats) * sizeof(float);

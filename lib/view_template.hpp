@@ -30,7 +30,7 @@ class ViewTemplate {
   };
 
   ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera, const std::vector<Level>& levels,
-               ImageFilter& filter, int texture_samples);
+               ImageFilter& filter, const RendererOptions& options);
 
   /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
   Rect bounds(const Pose& T_camera_object) const;

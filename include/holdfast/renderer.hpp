@@ -28,6 +28,9 @@ struct DepthRange {
 
 struct RendererOptions {
   int texture_samples = 4;  ///< bilinear samples a pixel: 1, or 4 averaged as light, at four times the cost
+  /// A mesh of many triangles is drawn with fewer, as long as surface and texture stay where they are within this many
+  /// pixels (root of the mean square where it is worst); 0: with all of them.
+  double deviation_pixels = 0;
 };
 
 /// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
