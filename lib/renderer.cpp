@@ -9,20 +9,14 @@
 #include <vector>
 
 #include "closed_surface.hpp"
+#include "drawn_levels.hpp"
 #include "embedded_text.hpp"
 #include "gl_context.hpp"
 #include "holdfast/error.hpp"
-#include "mesh_levels.hpp"
 #include "texture_levels.hpp"
 
 namespace holdfast {
 namespace {
-
-struct Vertex {
-  std::array<float, 3> position{};
-  std::array<float, 2> texture_coordinate{};
-  std::array<std::uint8_t, 4> color{};
-};
 
 /// Where a surface's colour comes from; each has its own variant of the shaders.
 enum class Appearance { textured, vertex_colored, unknown };
@@ -33,13 +27,6 @@ struct Program {
   GLint clip_from_object = -1;
   GLint camera_from_object = -1;
   GLint shading = -1;
-};
-
-/// Triangles that share a material, as a range of the index buffer.
-struct Batch {
-  std::size_t material = 0;
-  GLsizei index_count = 0;
-  std::size_t first_index = 0;
 };
 
 /// The mesh, or a level of it, as the driver holds it.
@@ -80,83 +67,6 @@ Eigen::AlignedBox3d bounding_box(const Mesh& mesh) {
     box.extend(position.cast<double>());
   }
   return box;
-}
-
-// Positions are taken about the box's centre, so that a model far from its origin keeps its digits in float.
-std::vector<Vertex> make_vertices(const Mesh& mesh, const Eigen::Vector3d& center) {
-  std::vector<Vertex> vertices(mesh.positions.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const Eigen::Vector3f position = (mesh.positions[i].cast<double>() - center).cast<float>();
-    vertices[i].position = {position.x(), position.y(), position.z()};
-    if (!mesh.texture_coordinates.empty()) {
-      // Texture rows are uploaded from the top, so the coordinate runs downwards.
-      vertices[i].texture_coordinate = {mesh.texture_coordinates[i].x(), 1 - mesh.texture_coordinates[i].y()};
-    }
-    if (!mesh.colors.empty()) {
-      vertices[i].color = mesh.colors[i];
-    }
-  }
-  return vertices;
-}
-
-std::uint32_t material_of(const std::vector<std::uint32_t>& materials, std::size_t triangle) {
-  return materials.empty() ? 0 : materials[triangle];
-}
-
-/// Sorts the triangles by material (keeping their order within one) and describes the ranges.
-std::vector<std::uint32_t> make_indices(const MeshLevel& level, std::size_t material_count,
-                                        std::vector<Batch>& batches) {
-  std::vector<std::size_t> next(material_count + 1, 0);
-  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
-    next[material_of(level.triangle_materials, i) + 1] += 3;
-  }
-  for (std::size_t material = 0; material < material_count; ++material) {
-    if (next[material + 1] > 0) {
-      batches.push_back({material, static_cast<GLsizei>(next[material + 1]), next[material]});
-    }
-    next[material + 1] += next[material];
-  }
-  std::vector<std::uint32_t> indices(level.triangles.size() * 3);
-  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
-    std::size_t& position = next[material_of(level.triangle_materials, i)];
-    std::copy(level.triangles[i].begin(), level.triangles[i].end(),
-              indices.begin() + static_cast<std::ptrdiff_t>(position));
-    position += 3;
-  }
-  return indices;
-}
-
-/// The vertices that are used, in the order of their use.
-std::vector<Vertex> used_vertices(const std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices) {
-  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-  std::vector<std::uint32_t> place(vertices.size(), kUnused);
-  std::vector<Vertex> used;
-  for (std::uint32_t& index : indices) {
-    if (place[index] == kUnused) {
-      place[index] = static_cast<std::uint32_t>(used.size());
-      used.push_back(vertices[index]);
-    }
-    index = place[index];
-  }
-  return used;
-}
-
-// Coordinates that leave the image ask for repetition; otherwise repeating would bleed the opposite border in.
-std::vector<bool> repeating_materials(const Mesh& mesh, std::size_t material_count) {
-  constexpr float kRounding = 1e-3F;
-  std::vector<bool> repeat(material_count, false);
-  if (mesh.texture_coordinates.empty()) {
-    return repeat;
-  }
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    for (const std::uint32_t index : mesh.triangles[i]) {
-      const Eigen::Vector2f& t = mesh.texture_coordinates[index];
-      if (t.minCoeff() < -kRounding || t.maxCoeff() > 1 + kRounding) {
-        repeat[material_of(mesh.triangle_materials, i)] = true;
-      }
-    }
-  }
-  return repeat;
 }
 
 void fill_empty(const Rect& roi, const RenderTarget& target, int stride) {
@@ -274,22 +184,11 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   center = box.center();
   half_extent = box.sizes() / 2;
-  const std::size_t material_count = std::max<std::size_t>(mesh.materials.size(), 1);
-  std::vector<MeshLevel> mesh_and_levels{{mesh.triangles, mesh.triangle_materials, 0}};
-  if (deviation_pixels > 0) {
-    for (MeshLevel& level : mesh_levels(mesh)) mesh_and_levels.push_back(std::move(level));
-  }
-  const std::vector<Vertex> vertices = make_vertices(mesh, center);
-  for (const MeshLevel& level : mesh_and_levels) {
-    Geometry geometry;
-    std::vector<std::uint32_t> indices = make_indices(level, material_count, geometry.batches);
-    const std::vector<Vertex> used = used_vertices(vertices, indices);
-    geometry.vertex_array = upload_geometry(used, indices);
-    geometry.deviation = level.deviation;
-    geometries.push_back(std::move(geometry));
+  for (const DrawnLevel& level : drawn_levels(mesh, center, deviation_pixels > 0)) {
+    geometries.push_back({upload_geometry(level.vertices, level.indices), level.batches, level.deviation});
   }
   materials.resize(mesh.materials.size());
-  const std::vector<bool> repeat = repeating_materials(mesh, material_count);
+  const std::vector<bool> repeat = repeating_materials(mesh);
   for (std::size_t i = 0; i < materials.size(); ++i) {
     materials[i].repeat = repeat[i];
     if (has_texture_coordinates) {
