@@ -58,8 +58,8 @@ def main():
     work = Work(given.program, given.work, scenario, given.threads)
     work.expected = (len(seeds) * len(scenario["scenes"]) + sum(map(len, scenario["runs"].values()))
                      + sweeps.steps(scenario, len(seeds)) + pictures.STEPS + 2)
-    print("experiments: {} seeds; ten take about 25 minutes on one core of an ordinary computer. What {} holds already "
-          "is kept.".format(len(seeds), given.work), flush=True)
+    print("experiments: {} seeds; ten take about an hour on two cores of an ordinary computer. What {} holds "
+          "already is kept.".format(len(seeds), given.work), flush=True)
 
     # A quick pass must not replace the evidence.
     target = given.document
