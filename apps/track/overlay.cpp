@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -133,19 +134,22 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
            fmt::format("frame {}   {:.2f} s   residual {:.3f}   correlation {:.2f}   {:.1f} ms", tracked.frame.index,
                        tracked.frame.time_s, result.residual, result.correlation, result.ms.total),
            74, upper, kTextColor);
-  if (!result.reason.empty()) {
-    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, 0.42);
-  } else {
-    const double share = result.visible_pixels > 0 ? 100.0 * result.used_pixels / result.visible_pixels : 0;
-    put_text(strip,
-             fmt::format("{} of {} visible pixels used ({:.0f} %)", result.used_pixels, result.visible_pixels, share),
-             10, lower, kDimTextColor, 0.42);
-  }
-
   std::array<int, kClassStyles.size()> counts{};
   for (const std::uint8_t value : tracked.mask.classes) {
     ++counts[std::min<std::size_t>(value, counts.size() - 1)];
   }
+  if (!result.reason.empty()) {
+    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, 0.42);
+  } else {
+    // All of them, as they are coloured, not only those of the rows that the pose came from.
+    const int used = counts[static_cast<std::size_t>(PixelClass::used)];
+    const int visible = std::accumulate(counts.begin() + 1, counts.end(), 0);
+    put_text(
+        strip,
+        fmt::format("{} of {} visible pixels used ({:.0f} %)", used, visible, visible > 0 ? 100.0 * used / visible : 0),
+        10, lower, kDimTextColor, 0.42);
+  }
+
   put_text(strip, "pixels", panel_size_.width + 10, upper, kDimTextColor);
   int x = panel_size_.width + 70;
   for (const PixelClass shown : {PixelClass::used, PixelClass::rejected_angle, PixelClass::rejected_magnitude,
