@@ -7,26 +7,10 @@
 #include <numeric>
 #include <utility>
 
+#include "welded_vertices.hpp"
+
 namespace holdfast {
 namespace {
-
-/// For every vertex the first vertex at its position.
-std::vector<std::uint32_t> welded_vertices(const Mesh& mesh) {
-  std::vector<std::uint32_t> order(mesh.positions.size());
-  std::iota(order.begin(), order.end(), 0U);
-  const auto key = [&](std::uint32_t i) {
-    const Eigen::Vector3f& p = mesh.positions[i];
-    return std::array{p.x(), p.y(), p.z()};
-  };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-  std::vector<std::uint32_t> welded(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-    welded[order[i]] = same ? welded[order[i - 1]] : order[i];
-  }
-  return welded;
-}
 
 /// Disjoint sets of vertices.
 class Components {
@@ -45,7 +29,7 @@ class Components {
 }  // namespace
 
 bool is_closed_outward(const Mesh& mesh) {
-  const std::vector<std::uint32_t> welded = welded_vertices(mesh);
+  const std::vector<std::uint32_t> welded = welded_vertices(mesh, false);
   // An edge from a to b, kept as (smaller, larger) with its direction: as many one way as the other when closed.
   struct Edge {
     std::uint32_t a, b;

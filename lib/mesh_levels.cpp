@@ -3,9 +3,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <queue>
 #include <tuple>
+
+#include "welded_vertices.hpp"
 
 namespace holdfast {
 namespace {
@@ -37,24 +38,6 @@ struct Quadric {
   }
   double mean_square(const Vector6& x) const { return area > 0 ? std::max(0.0, x.dot(Q * x)) / area : 0; }
 };
-
-/// Vertices at one place with one texture coordinate are one.
-std::vector<std::uint32_t> welded(const Mesh& mesh) {
-  const auto key = [&](std::uint32_t i) {
-    const Eigen::Vector3f& p = mesh.positions[i];
-    const Eigen::Vector2f t = mesh.texture_coordinates.empty() ? Eigen::Vector2f(0, 0) : mesh.texture_coordinates[i];
-    return std::array{p.x(), p.y(), p.z(), t.x(), t.y()};
-  };
-  std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
-  return first;
-}
 
 class Simplification {
  public:
@@ -128,7 +111,7 @@ Simplification::Simplification(const Mesh& mesh)
   }
   // A texture may come later; where there are coordinates it must not slide.
   std::fill(textured_.begin(), textured_.end(), !mesh.texture_coordinates.empty());
-  const std::vector<std::uint32_t> first = welded(mesh);
+  const std::vector<std::uint32_t> first = welded_vertices(mesh, true);
   std::vector<double> scales;
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     Triangle& t = triangles_[i];

@@ -433,11 +433,11 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   const Appearance before = appearance();
   moved_ = false;
   expected_deviation_ = 0;
-  const int probable_frames = course_.probable_frames;
-  const Pose T_last = course_.T_last;
+  const Course course = course_;
+  const Proportions proportions = proportions_;
   FrameResult result = follow(frame, start, false);
-  course_.probable_frames = probable_frames;
-  course_.T_last = T_last;
+  course_ = course;
+  proportions_ = proportions;
   restore(before);
   return result;
 }
