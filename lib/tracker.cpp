@@ -14,8 +14,7 @@ namespace {
 
 /// Of the size at which a level is left, the one at which it is taken again.
 constexpr double kSmaller = 0.8;
-/// Share of the usual coarse score that a hypothesis must reach to be believed unchallenged; weight of a new score.
-constexpr double kUsualScore = 0.8, kScoreMemory = 0.2;
+constexpr double kScoreMemory = 0.2;  ///< weight of a new score
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
 constexpr double kMostCorrection = 1.5;
 constexpr int kMostThinning = 4;  ///< every fourth row

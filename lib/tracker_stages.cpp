@@ -233,7 +233,7 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
   const auto compete = [&](const Pose& T_start) {
     const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
     if (estimate.score > best.score) best = estimate;
-    return best.score > 0.8 * look_.expected_score();
+    return best.score > kUsualScore * look_.expected_score();
   };
   // Fast motion blurs, by how much is not known at first.
   if (options_.motion_blur && moved_ && corner_motion(motion_.pose(), best.T_camera_object) > kTellingMotion) {
@@ -247,7 +247,7 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
       if (best.score > 1.02 * score) found = exposure;
     }
     look_.exposure = found;
-    if (best.score > 0.8 * look_.expected_score()) return best;
+    if (best.score > kUsualScore * look_.expected_score()) return best;
   }
   std::array<Estimate, 7> starts;
   std::size_t count = 0;

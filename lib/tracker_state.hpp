@@ -7,6 +7,9 @@
 
 namespace holdfast {
 
+/// Share of the usual (score, or texture seen) that an estimate must reach to be believed unchallenged.
+inline constexpr double kUsualScore = 0.8;
+
 /// How the object has looked lately. Every frame's estimate changes it; a frame that is not held must leave it as it
 /// was.
 struct Look {
