@@ -19,6 +19,7 @@
 #include "holdfast/error.hpp"
 #include "shared.h"
 #include "support/files.hpp"
+#include "support/kernel_checks.hpp"
 
 using namespace holdfast;
 using namespace holdfast::test;
@@ -74,11 +75,7 @@ bool converts_a_frame(const Device& device) {
   const cl::Buffer in = impl.zeroed_buffer(frame.size()), out = impl.zeroed_buffer(out_bytes);
   impl.queue.enqueueWriteBuffer(in, CL_TRUE, 0, frame.size(), frame.data());
   cl::Kernel convert = impl.kernel("convert_grey8");
-  convert.setArg(0, in);
-  convert.setArg(1, parameters);
-  convert.setArg(2, rect);
-  convert.setArg(3, layout);
-  convert.setArg(4, out);
+  set_arguments(convert, in, parameters, rect, layout, out);
   impl.enqueue_rows(convert, width, height);
   std::vector<float> pixels(HF_PIXEL * frame.size());
   impl.queue.enqueueReadBuffer(out, CL_TRUE, 0, out_bytes, pixels.data());

@@ -9,22 +9,14 @@
 #include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/textured_box.hpp"
+#include "support/simulated.hpp"
 
 namespace {
 
 using namespace holdfast;
 
 const simulation::Sequence& sequence() {
-  static const simulation::Sequence made = [] {
-    simulation::SequenceOptions options;
-    options.camera = {512, 384, 600, 600, 255.5, 191.5, {}};
-    options.frames = 45;
-    options.seed = 121;
-    options.motion.nearest = 0.6;
-    options.motion.farthest = 0.8;
-    options.sensor.noise = 2;
-    return simulation::Sequence(simulation::textured_box(), options);
-  }();
+  static const simulation::Sequence made(simulation::textured_box(), test::noisy_box(45, 121, 0.6, 0.8));
   return made;
 }
 
@@ -44,7 +36,7 @@ std::vector<std::string> reasons(const Eigen::Vector3f& stretch, double focal = 
   tracker.reset(sequence().pose(0));
   std::vector<std::string> out;
   for (const cv::Mat& frame : frames) {
-    const FrameResult result = tracker.track({frame.data, frame.cols, frame.rows, frame.step, PixelFormat::bgr8});
+    const FrameResult result = tracker.track(test::view_of(frame));
     CHECK(result.status == Status::held);
     out.push_back(result.reason);
   }

@@ -14,6 +14,7 @@
 #include "simulation/sequence.hpp"
 #include "simulation/textured_box.hpp"
 #include "support/allocation_counter.hpp"
+#include "support/simulated.hpp"
 
 // Every OpenCL object that is created through the loader is counted: these stand in front of the loader's functions.
 namespace {
@@ -49,6 +50,7 @@ namespace {
 using namespace holdfast;
 using simulation::Sequence;
 using simulation::SequenceOptions;
+using test::view_of;
 
 constexpr double kDegrees = 180 / M_PI;
 
@@ -69,10 +71,6 @@ SequenceOptions paper_camera(int frames, double speed, std::uint64_t seed) {
 const Mesh& box() {
   static const Mesh mesh = simulation::textured_box();
   return mesh;
-}
-
-ImageView view_of(const cv::Mat& image, PixelFormat format = PixelFormat::bgr8) {
-  return {image.data, image.cols, format == PixelFormat::nv12 ? image.rows * 2 / 3 : image.rows, image.step, format};
 }
 
 struct PoseError {

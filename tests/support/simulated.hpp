@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+
+#include "holdfast/image_view.hpp"
+#include "simulation/sequence.hpp"
+
+namespace holdfast::test {
+
+/// A box between two distances (metres), 512x384, with 2 grey levels of noise.
+simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nearest, double farthest);
+
+/// What a tracker reads of a picture of OpenCV's, which must outlive it.
+ImageView view_of(const cv::Mat& image, PixelFormat format = PixelFormat::bgr8);
+
+}  // namespace holdfast::test
