@@ -9,18 +9,14 @@
 
 #include "exit_codes.hpp"
 #include "holdfast/io.hpp"
-#include "simulation/sequence.hpp"
-#include "simulation/textured_box.hpp"
 #include "support/files.hpp"
 #include "support/run_program.hpp"
+#include "support/small_sequence.hpp"
 
 namespace fs = std::filesystem;
 using namespace holdfast;
 using namespace holdfast::app;
-using holdfast::test::ProgramRun;
-using holdfast::test::read_file;
-using holdfast::test::run_program;
-using holdfast::test::TemporaryFolder;
+using namespace holdfast::test;
 
 namespace {
 
@@ -32,39 +28,28 @@ constexpr int kFrames = 12;
 class Inputs {
  public:
   Inputs() {
-    const Mesh box = simulation::textured_box();
-    simulation::SequenceOptions options;
-    options.camera = Camera{320, 240, 325, 325, 159.5, 119.5, {}};
-    options.frames = kFrames;
-    options.samples = 2;
-    options.motion.speed = 4;
-    const simulation::Sequence sequence(box, options);
-    fs::create_directory(folder_ / "frames");
+    const std::vector<Pose> truth = write_small_sequence(folder_, kFrames, 4);
     std::string poses;
-    for (int i = 0; i < kFrames; ++i) {
-      cv::imwrite((folder_ / frame(i)).string(), sequence.frame(i));
-      poses += line(sequence.pose(i));
+    for (const Pose& pose : truth) {
+      poses += line(pose);
     }
     folder_.write("poses.txt", poses);
-    folder_.write("three.txt", line(sequence.pose(0)) + line(sequence.pose(5)) + line(sequence.pose(11)));
-    Mesh plain = box;
+    folder_.write("three.txt", line(truth[0]) + line(truth[5]) + line(truth[11]));
+    Mesh plain = io::load_model(folder_ / "box.obj");
     plain.materials.clear();
     plain.triangle_materials.clear();
     plain.texture_coordinates.clear();
     io::save_model(folder_ / "plain.obj", plain);
-    io::save_model(folder_ / "textured.obj", box);
-    io::save_camera(folder_ / "camera.yml", options.camera);
-    io::save_pose(folder_ / "first.txt", sequence.pose(0));
-    Pose behind = sequence.pose(0);
+    Pose behind = truth[0];
     behind.translation().z() *= -1;
     io::save_pose(folder_ / "behind.txt", behind);
     cv::imwrite((folder_ / "small.png").string(), cv::Mat(120, 160, CV_8UC3, cv::Scalar(9, 9, 9)));
   }
 
   const TemporaryFolder& folder() const { return folder_; }
-  static std::string frame(int i) { return "frames/" + std::to_string(100 + i) + ".png"; }
+  static std::string frame(int i) { return "frames/" + std::to_string(i) + ".png"; }
 
-  ProgramRun run(const Arguments& arguments) const { return run_program(HOLDFAST_PROGRAM, arguments, folder_.path()); }
+  ProgramRun run(const Arguments& arguments) const { return run_holdfast(arguments, folder_); }
 
  private:
   static std::string line(const Pose& pose) {
@@ -105,15 +90,7 @@ double known_share(const std::string& model) {
 
 void check_fails(int exit_code, const Arguments& more, const std::vector<std::string>& words,
                  const std::string& model = "plain.obj") {
-  const ProgramRun run = bake(more, model);
-  CAPTURE(run.err);
-  CHECK(run.exit_code == exit_code);
-  CHECK(run.err.starts_with("holdfast: error: "));
-  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
-  for (const std::string& word : words) {
-    CAPTURE(word);
-    CHECK(run.err.find(word) != std::string::npos);
-  }
+  check_error(bake(more, model), exit_code, words);
 }
 
 /// The number before `unit` on the line of `text` that holds it first.
@@ -163,7 +140,7 @@ TEST_CASE("bake: one image, several images with a pose each, a sequence with the
     CHECK(known_share("three.obj") > 0.2);
   }
   SUBCASE("a table of poses; lost frames are left out") {
-    const ProgramRun tracked = inputs().run({"track", "frames", "--model", "textured.obj", "--camera", "camera.yml",
+    const ProgramRun tracked = inputs().run({"track", "frames", "--model", "box.obj", "--camera", "camera.yml",
                                              "--init", "first.txt", "--poses", "table.csv", "--quiet"});
     REQUIRE(tracked.exit_code == kOk);
     std::string table = read_file(inputs().folder() / "table.csv");
@@ -180,8 +157,8 @@ TEST_CASE("bake: one image, several images with a pose each, a sequence with the
 }
 
 TEST_CASE("bake: coordinates that the model has stay, unless it is to be unwrapped; resolution is as asked for") {
-  const Mesh given = io::load_model(inputs().folder() / "textured.obj");
-  REQUIRE(bake({Inputs::frame(0), "--init", "first.txt", "--out", "kept.obj"}, "textured.obj").exit_code == kOk);
+  const Mesh given = io::load_model(inputs().folder() / "box.obj");
+  REQUIRE(bake({Inputs::frame(0), "--init", "first.txt", "--out", "kept.obj"}, "box.obj").exit_code == kOk);
   const Mesh kept = io::load_model(inputs().folder() / "kept.obj");
   REQUIRE(kept.texture_coordinates.size() == given.texture_coordinates.size());
   float largest = 0;
@@ -191,7 +168,7 @@ TEST_CASE("bake: coordinates that the model has stay, unless it is to be unwrapp
   CHECK(largest < 1e-5F);
 
   REQUIRE(bake({Inputs::frame(0), "--init", "first.txt", "--out", "new.obj", "--unwrap", "--texels-per-metre", "500"},
-               "textured.obj")
+               "box.obj")
               .exit_code == kOk);
   const Mesh unwrapped = io::load_model(inputs().folder() / "new.obj");
   double texels = 0;

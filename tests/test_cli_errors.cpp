@@ -10,18 +10,14 @@
 
 #include "exit_codes.hpp"
 #include "holdfast/io.hpp"
-#include "simulation/sequence.hpp"
-#include "simulation/textured_box.hpp"
 #include "support/files.hpp"
 #include "support/run_program.hpp"
+#include "support/small_sequence.hpp"
 
 namespace fs = std::filesystem;
 using namespace holdfast;
 using namespace holdfast::app;
-using holdfast::test::ProgramRun;
-using holdfast::test::read_file;
-using holdfast::test::run_program;
-using holdfast::test::TemporaryFolder;
+using namespace holdfast::test;
 
 namespace {
 
@@ -34,24 +30,11 @@ Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z
 class Inputs {
  public:
   Inputs() {
-    const Mesh box = simulation::textured_box();
-    simulation::SequenceOptions options;
-    options.camera = Camera{320, 240, 325, 325, 159.5, 119.5, {}};
-    options.frames = 3;
-    options.samples = 1;
-    options.motion.speed = 2;
-    const simulation::Sequence sequence(box, options);
-    fs::create_directory(folder_ / "frames");
-    for (int i = 0; i < options.frames; ++i) {
-      cv::imwrite((folder_ / ("frames/" + std::to_string(i) + ".png")).string(), sequence.frame(i));
-    }
-    io::save_model(folder_ / "box.obj", box);
-    io::save_camera(folder_ / "camera.yml", options.camera);
-    io::save_pose(folder_ / "first.txt", sequence.pose(0));
+    const Pose first = write_small_sequence(folder_, 3).front();
     std::string pairs;
     for (int i = 0; i < 8; ++i) {
       const Eigen::Vector3d corner(i & 1 ? 0.1 : -0.1, i & 2 ? 0.075 : -0.075, i & 4 ? 0.04 : -0.04);
-      const Eigen::Vector2d pixel = options.camera.project(sequence.pose(0) * corner);
+      const Eigen::Vector2d pixel = kSmallCamera.project(first * corner);
       for (const double value : {corner.x(), corner.y(), corner.z(), pixel.x()}) {
         pairs += std::to_string(value) + ",";
       }
@@ -63,7 +46,7 @@ class Inputs {
   const TemporaryFolder& folder() const { return folder_; }
 
   ProgramRun run(const Arguments& arguments, const Environment& environment = {}) const {
-    return run_program(HOLDFAST_PROGRAM, arguments, folder_.path(), environment);
+    return run_holdfast(arguments, folder_, environment);
   }
 
  private:
@@ -113,22 +96,12 @@ Arguments init(const Environment& changes) {
 /// The exit code, and one line on stderr that says all of `words`.
 void check_fails(int exit_code, const Arguments& arguments, const std::vector<std::string>& words,
                  const Environment& environment = {}) {
-  const ProgramRun run = inputs().run(arguments, environment);
   std::string command;
   for (const std::string& argument : arguments) {
     command += argument + " ";
   }
   CAPTURE(command);
-  CAPTURE(run.err);
-  CHECK(run.exit_code == exit_code);
-  CHECK(run.err.starts_with("holdfast: error: "));
-  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
-  CHECK(run.err.ends_with("\n"));
-  CHECK(run.err.find("unexpected") == std::string::npos);
-  for (const std::string& word : words) {
-    CAPTURE(word);
-    CHECK(run.err.find(word) != std::string::npos);
-  }
+  check_error(inputs().run(arguments, environment), exit_code, words);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using namespace holdfast;
 using holdfast::test::ProgramRun;
 using holdfast::test::read_file;
-using holdfast::test::run_program;
+using holdfast::test::run_holdfast;
 using holdfast::test::TemporaryFolder;
 
 namespace {
@@ -38,7 +38,7 @@ class Simulated {
                    "--bar-width", "60",       "--bar-sweeps", "1",  "--masks", "--quiet"});
     REQUIRE(run.exit_code == app::kOk);
   }
-  ProgramRun run(const Arguments& arguments) const { return run_program(HOLDFAST_PROGRAM, arguments, folder_.path()); }
+  ProgramRun run(const Arguments& arguments) const { return run_holdfast(arguments, folder_); }
   fs::path operator/(const std::string& name) const { return folder_ / name; }
 
   /// A copy of the sequence to spoil.
@@ -96,15 +96,7 @@ std::vector<std::string> without_column(const std::string& table, const std::str
 }
 
 void check_fails(const Arguments& arguments, int exit_code, const std::vector<std::string>& words) {
-  const ProgramRun run = simulated().run(arguments);
-  CAPTURE(run.err);
-  CHECK(run.exit_code == exit_code);
-  CHECK(run.err.starts_with("holdfast: error: "));
-  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
-  for (const std::string& word : words) {
-    CAPTURE(word);
-    CHECK(run.err.find(word) != std::string::npos);
-  }
+  test::check_error(simulated().run(arguments), exit_code, words);
 }
 
 void append(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::app) << text; }

@@ -19,7 +19,7 @@
 using namespace holdfast;
 using namespace holdfast::trackability;
 using holdfast::test::ProgramRun;
-using holdfast::test::run_program;
+using holdfast::test::run_holdfast;
 using holdfast::test::TemporaryFolder;
 
 namespace {
@@ -102,10 +102,9 @@ TEST_CASE("The report gives a word to every finding") {
 
 TEST_CASE("simulate --report: a printed box nearby is held; it needs no folder and leaves nothing") {
   const TemporaryFolder folder;
-  const ProgramRun run = run_program(HOLDFAST_PROGRAM,
-                                     {"simulate", "--report", "--frames", "30", "--size", "320x240", "--samples", "2",
-                                      "--noise", "2", "--distance", "0.6,0.8"},
-                                     folder.path());
+  const ProgramRun run = run_holdfast({"simulate", "--report", "--frames", "30", "--size", "320x240", "--samples", "2",
+                                       "--noise", "2", "--distance", "0.6,0.8"},
+                                      folder);
   CAPTURE(run.out);
   CAPTURE(run.err);
   CHECK(run.exit_code == app::kOk);
@@ -120,10 +119,9 @@ TEST_CASE("simulate --report: a printed box nearby is held; it needs no folder a
 
 TEST_CASE("simulate --report: a plain box is not, and the reason is said; the frames are kept where asked for") {
   const TemporaryFolder folder;
-  const ProgramRun run = run_program(HOLDFAST_PROGRAM,
-                                     {"simulate", "kept", "--report", "--frames", "10", "--size", "320x240",
-                                      "--samples", "1", "--noise", "3", "--box-contrast", "0.01"},
-                                     folder.path());
+  const ProgramRun run = run_holdfast({"simulate", "kept", "--report", "--frames", "10", "--size", "320x240",
+                                       "--samples", "1", "--noise", "3", "--box-contrast", "0.01"},
+                                      folder);
   CAPTURE(run.out);
   CAPTURE(run.err);
   CHECK(run.exit_code == app::kOk);
@@ -136,8 +134,5 @@ TEST_CASE("simulate --report: a plain box is not, and the reason is said; the fr
 
 TEST_CASE("simulate: neither a folder nor --report") {
   const TemporaryFolder folder;
-  const ProgramRun run = run_program(HOLDFAST_PROGRAM, {"simulate"}, folder.path());
-  CHECK(run.exit_code == app::kUsage);
-  CHECK(run.err.find("FOLDER is missing") != std::string::npos);
-  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  test::check_error(run_holdfast({"simulate"}, folder), app::kUsage, {"FOLDER is missing"});
 }

@@ -1,13 +1,13 @@
 #include "support/run_program.hpp"
 
+#include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
-
-#include "support/files.hpp"
 
 namespace holdfast::test {
 namespace {
@@ -48,6 +48,24 @@ ProgramRun run_program(const std::filesystem::path& program, const std::vector<s
   }
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_file(streams / "out"),
           read_file(streams / "err")};
+}
+
+ProgramRun run_holdfast(const std::vector<std::string>& arguments, const TemporaryFolder& folder,
+                        const std::map<std::string, std::string>& environment) {
+  return run_program(HOLDFAST_PROGRAM, arguments, folder.path(), environment);
+}
+
+void check_error(const ProgramRun& run, int exit_code, const std::vector<std::string>& words) {
+  CAPTURE(run.err);
+  CHECK(run.exit_code == exit_code);
+  CHECK(run.err.starts_with("holdfast: error: "));
+  CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  CHECK(run.err.ends_with("\n"));
+  CHECK(run.err.find("unexpected") == std::string::npos);
+  for (const std::string& word : words) {
+    CAPTURE(word);
+    CHECK(run.err.find(word) != std::string::npos);
+  }
 }
 
 }  // namespace holdfast::test

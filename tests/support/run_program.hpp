@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "support/files.hpp"
+
 namespace holdfast::test {
 
 struct ProgramRun {
@@ -17,5 +19,12 @@ struct ProgramRun {
 /// removes a variable).
 ProgramRun run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                        const std::filesystem::path& folder, const std::map<std::string, std::string>& environment = {});
+
+/// The same for the built program.
+ProgramRun run_holdfast(const std::vector<std::string>& arguments, const TemporaryFolder& folder,
+                        const std::map<std::string, std::string>& environment = {});
+
+/// That it failed with this code, and said why in one line with all of `words`.
+void check_error(const ProgramRun& run, int exit_code, const std::vector<std::string>& words);
 
 }  // namespace holdfast::test

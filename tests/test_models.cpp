@@ -1,31 +1,20 @@
+// Reading and writing models and their textures: every format's own ways, and one line for what cannot be used.
 #include <doctest/doctest.h>
 
-#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <set>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "holdfast/io.hpp"
-#include "support/files.hpp"
+#include "support/check_error.hpp"
 
 using namespace holdfast;
-using holdfast::test::CaughtError;
-using holdfast::test::error_of;
 using holdfast::test::TemporaryFolder;
-
-// The messages are part of the interface: a failed check shows the one that came.
-#define CHECK_ERROR(action, code, ...)                    \
-  do {                                                    \
-    const CaughtError caught = error_of([&] { action; }); \
-    CAPTURE(caught.message);                              \
-    CHECK(caught.says(code, {__VA_ARGS__}));              \
-  } while (false)
 
 namespace {
 
@@ -416,196 +405,4 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(5, 0.1).find("--model-scale 0.001") != std::string::npos);  // a 5 mm object in millimetres
   camera.width = camera.height = 0;                                    // "fx fy cx cy" text knows no size
   CHECK(at(0.15F, 600).find("600 m away") != std::string::npos);
-}
-
-namespace {
-
-void check_camera(const Camera& camera, int width, int height) {
-  CHECK(camera.width == width);
-  CHECK(camera.height == height);
-  CHECK(camera.fx == 661.5);
-  CHECK(camera.fy == 662.25);
-  CHECK(camera.cx == 318.75);
-  CHECK(camera.cy == 241);
-}
-
-const std::array<double, 8> kFive{-0.25, 0.125, 0.001, -0.002, 0.03, 0, 0, 0};
-
-}  // namespace
-
-TEST_CASE("Cameras: OpenCV's calibration files, as OpenCV itself writes them") {
-  const TemporaryFolder folder;
-  const cv::Matx33d matrix(661.5, 0, 318.75, 0, 662.25, 241, 0, 0, 1);
-  const cv::Matx<double, 1, 5> distortion(-0.25, 0.125, 0.001, -0.002, 0.03);
-  for (const char* name : {"c.yml", "c.yaml", "c.json", "c.xml"}) {
-    CAPTURE(name);
-    for (const auto& [width, matrix_name, distortion_name] :
-         {std::tuple{"image_width", "camera_matrix", "distortion_coefficients"},
-          std::tuple{"image_Width", "cameraMatrix", "distCoeffs"},
-          std::tuple{"width", "Camera_Matrix", "Distortion_Coefficients"}}) {
-      const std::string height = std::string(width) == "width" ? "height" : "image_height";
-      {
-        cv::FileStorage storage((folder / name).string(), cv::FileStorage::WRITE);
-        storage << "calibration_time"
-                << "Tue 02 Mar 2021 10:00:00"
-                << "nframes" << 30;
-        storage << width << 640 << height << 480 << matrix_name << cv::Mat(matrix);
-        storage << distortion_name << cv::Mat(distortion).t() << "avg_reprojection_error" << 0.3;
-      }
-      const Camera camera = io::load_camera(folder / name);
-      check_camera(camera, 640, 480);
-      CHECK(camera.distortion == kFive);
-    }
-  }
-}
-
-TEST_CASE("Cameras: ROS camera_info") {
-  const TemporaryFolder folder;
-  const auto ros = [&folder](const std::string& model, const std::string& coefficients) {
-    return folder.write("ros.yaml",
-                        "image_width: 640\nimage_height: 480\ncamera_name: head_camera\ncamera_matrix:\n  rows: 3\n  "
-                        "cols: 3\n  data: [661.5, 0., 318.75, 0., 662.25, 241., 0., 0., 1.]\ndistortion_model: " +
-                            model + "\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [" + coefficients +
-                            "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1., 0., 0., 0., 1., 0., 0., 0., "
-                            "1.]\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: [600., 0., 300., 0., 0., 610., "
-                            "240., 0., 0., 0., 1., 0.]\n");
-  };
-  Camera camera = io::load_camera(ros("plumb_bob", "-0.25, 0.125, 0.001, -0.002, 3.0e-02"));
-  check_camera(camera, 640, 480);
-  CHECK(camera.distortion == kFive);
-  camera = io::load_camera(ros("rational_polynomial", "1, 2, 3, 4, 5, 6, 7, 8"));
-  CHECK(camera.distortion == std::array<double, 8>{1, 2, 3, 4, 5, 6, 7, 8});
-  CHECK_ERROR(io::load_camera(ros("equidistant", "1, 2, 3, 4")), ErrorCode::camera, "ros.yaml", "equidistant",
-              "not supported");
-  CHECK_ERROR(io::load_camera(ros("plumb_bob", "1, 2, 3")), ErrorCode::camera, "3 distortion coefficients");
-  CHECK_ERROR(io::load_camera(ros("plumb_bob", "1, 2, 3, x")), ErrorCode::camera, "not a number");
-}
-
-TEST_CASE("Cameras: lists, single numbers, text") {
-  const TemporaryFolder folder;
-  const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.txt", text)); };
-  Camera camera = load(R"({"camera_matrix": [[661.5, 0, 318.75], [0, 662.25, 241], [0, 0, 1]],
-                          "dist_coeff": [[-0.25, 0.125, 0.001, -0.002, 0.03]], "image_size": [640, 480]})");
-  check_camera(camera, 640, 480);
-  CHECK(camera.distortion == kFive);
-  check_camera(load("fx: 661.5\nfy: 662.25\ncx: 318.75\ncy: 241\nwidth: 640\nheight: 480\n"), 640, 480);
-  check_camera(load("# fx fy cx cy\n661.5 662.25 318.75 241\n"), 0, 0);
-  check_camera(load("661.5, 662.25, 318.75, 241"), 0, 0);
-  check_camera(load("661.5 0 318.75\n0 662.25 241\n0 0 1\n"), 0, 0);
-}
-
-TEST_CASE("Cameras that cannot be used: one line that names the file and the fault") {
-  const TemporaryFolder folder;
-  const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("bad.yml", text)); };
-  CHECK_ERROR(io::load_camera(folder / "none.yml"), ErrorCode::file, "camera file", "none.yml", "does not exist");
-  CHECK_ERROR(io::load_camera(folder.path()), ErrorCode::file, "is a folder");
-  CHECK_ERROR(load(""), ErrorCode::camera, "bad.yml", "0 numbers");
-  CHECK_ERROR(load("1 2 3"), ErrorCode::camera, "3 numbers", "fx fy cx cy");
-  CHECK_ERROR(load("nothing to see"), ErrorCode::camera, "bad.yml", "expected");
-  CHECK_ERROR(load("a: [1, 2"), ErrorCode::camera, "no valid YAML");
-  CHECK_ERROR(load("{\"a\": "), ErrorCode::camera, "no valid JSON");
-  CHECK_ERROR(load("<?xml version=\"1.0\"?>\n<opencv_storage>\n<a>"), ErrorCode::camera, "no valid OpenCV XML");
-  CHECK_ERROR(load("image_width: 640\nimage_height: 480\n"), ErrorCode::camera, "neither a camera_matrix nor fx");
-  CHECK_ERROR(load("camera_matrix: [1, 2, 3]"), ErrorCode::camera, "3 numbers, not 9");
-  CHECK_ERROR(load("camera_matrix: [600, 0, 0, 0, 600, 0, 320, 240, 1]"), ErrorCode::camera, "transposed");
-  CHECK_ERROR(load("camera_matrix: [600, 5, 320, 0, 600, 240, 0, 0, 1]"), ErrorCode::camera, "skew");
-  CHECK_ERROR(load("camera_matrix: [-600, 0, 320, 0, 600, 240, 0, 0, 1]"), ErrorCode::camera, "bad.yml");
-  CHECK_ERROR(load("600 600 nan 240"), ErrorCode::camera, "bad.yml");
-  CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\nimage_width: 640.5\nimage_height: 480"), ErrorCode::camera, "640.5",
-              "pixels");
-  CHECK_ERROR(load("fisheye_model: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "fisheye", "not supported");
-  CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [0,0,0,0,0,0,0,0,0.5,0,0,0]"), ErrorCode::camera, "thin prism");
-  CHECK(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [1,0,0,0,0,0,0,0,0,0,0,0]").distortion[0] == 1);
-}
-
-TEST_CASE("save_camera writes what load_camera and OpenCV read back") {
-  const TemporaryFolder folder;
-  const Camera camera{640, 480, 660.123456789012, 661, 320.1, 240.2, {-0.1, 0.02, 1e-5, 2e-6, 0.3, 0.4, 0.5, 0.6}};
-  for (const char* name : {"c.yml", "c.yaml", "c.json", "c.xml"}) {
-    CAPTURE(name);
-    io::save_camera(folder / name, camera);
-    const Camera read = io::load_camera(folder / name);
-    CHECK(read.width == 640);
-    CHECK(read.height == 480);
-    CHECK(read.fx == camera.fx);
-    CHECK(read.cy == camera.cy);
-    CHECK(read.distortion == camera.distortion);
-    const cv::FileStorage storage((folder / name).string(), cv::FileStorage::READ);
-    cv::Mat matrix;
-    storage["camera_matrix"] >> matrix;
-    REQUIRE(matrix.rows == 3);
-    CHECK(matrix.at<double>(1, 1) == 661);
-  }
-  CHECK_ERROR(io::save_camera(folder / "c.txt", camera), ErrorCode::invalid_argument, "c.txt", ".yml");
-  CHECK_ERROR(io::save_camera(folder / "no/such/c.yml", camera), ErrorCode::output, "cannot be written");
-}
-
-TEST_CASE("The camera for frames of a size") {
-  const Camera text{0, 0, 600, 600, 319.5, 239.5, {}};
-  CHECK(io::camera_for_frames(text, 640, 480, false).width == 640);
-  const Camera calibrated{640, 480, 600, 600, 319.5, 239.5, {}};
-  CHECK(io::camera_for_frames(calibrated, 640, 480, false).fx == 600);
-  CHECK_ERROR(io::camera_for_frames(calibrated, 1280, 960, false), ErrorCode::camera, "1280x960", "640x480",
-              "--rescale-camera");
-  const Camera rescaled = io::camera_for_frames(calibrated, 1280, 960, true);
-  CHECK(rescaled.fx == doctest::Approx(1200));
-  CHECK(rescaled.cx == doctest::Approx(639.5));  // the centre stays the centre: pixel centres are integers
-  CHECK_ERROR(io::camera_for_frames(calibrated, 0, 0, true), ErrorCode::camera, "");
-}
-
-TEST_CASE("Poses: matrices in any line layout and TUM") {
-  const TemporaryFolder folder;
-  const auto load = [&folder](const std::string& text) { return io::load_pose(folder.write("p.txt", text)); };
-  Pose expected = Pose::Identity();
-  expected.linear() = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  expected.translation() << 0.1, -0.2, 0.7;
-  for (const char* text :
-       {"0 -1 0 0.1 1 0 0 -0.2 0 0 1 0.7\n", "0 -1 0 0.1\n1 0 0 -0.2\n0 0 1 0.7\n",
-        "# first pose\n0 -1 0 0.1\n1 0 0 -0.2\n0 0 1 0.7\n0 0 0 1\n", "0 -1 0 0.1 1 0 0 -0.2 0 0 1 0.7 0 0 0 1",
-        "[[0, -1, 0, 0.1],\n [1, 0, 0, -0.2],\n [0, 0, 1, 0.7]]", "0\n-1\n0\n0.1\n1\n0\n0\n-0.2\n0\n0\n1\n0.7\n",
-        "0 -1 0 0.1 1 0\r\n0 -0.2 0 0 1 0.7\r\n",
-        "12.5 0.1 -0.2 0.7 0 0 0.70710678 0.70710678 # TUM\n12.6 0 0 1 0 0 0 1\n",
-        "0 -1 0 0.1 1 0 0 -0.2 0 0 1 0.7\n1 0 0 0 0 1 0 0 0 0 1 9\n",
-        "0 -1 0 0.1\n1 0 0 -0.2\n0 0 1 0.7\n0 0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 9\n0 0 0 1\n",
-        "0 -1 0 0.1\n1 0 0 -0.2\n0 0 1 0.7\n1 0 0 0\n0 1 0 0\n0 0 1 9\n"}) {
-    CAPTURE(text);
-    CHECK((load(text).matrix() - expected.matrix()).norm() < 1e-7);
-  }
-  const std::vector<Pose> poses = io::load_poses(folder.write(
-      "all.txt", "# three\n1 0 0 0 0 1 0 0 0 0 1 5\n\n3 0 0 6 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 7 0 0 0 1\n"));
-  REQUIRE(poses.size() == 3);
-  CHECK(poses[0].translation().z() == 5);
-  CHECK(poses[1].translation().z() == 6);
-  CHECK(poses[2].translation().z() == 7);
-
-  io::save_pose(folder / "saved.txt", expected);
-  CHECK(io::load_pose(folder / "saved.txt").isApprox(expected, 1e-15));
-  CHECK_ERROR(io::save_pose(folder / "no/such/p.txt", expected), ErrorCode::output, "cannot be written");
-}
-
-TEST_CASE("Rotations of few digits become rotations") {
-  const TemporaryFolder folder;
-  const Pose pose = io::load_pose(folder.write("p.txt", "0.866 -0.5 0 0\n0.5 0.866 0 0\n0 0 1 1\n"));
-  CHECK((pose.linear() * pose.linear().transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-14);
-}
-
-TEST_CASE("Poses that cannot be used: one line that names file, line and fault") {
-  const TemporaryFolder folder;
-  const auto load = [&folder](const std::string& text) { return io::load_pose(folder.write("p.txt", text)); };
-  CHECK_ERROR(io::load_pose(folder / "none.txt"), ErrorCode::file, "pose file", "none.txt", "does not exist");
-  CHECK_ERROR(load(""), ErrorCode::pose, "p.txt", "no numbers");
-  CHECK_ERROR(load("# only words\n"), ErrorCode::pose, "no numbers");
-  CHECK_ERROR(load("1 0 0 0\n0 1 zero 0\n"), ErrorCode::pose, "line 2", "'zero'", "not a number");
-  CHECK_ERROR(load("1 2 3"), ErrorCode::pose, "line 1", "3 numbers");
-  CHECK_ERROR(load("2 0 0 0 0 2 0 0 0 0 2 1"), ErrorCode::pose, "line 1", "rotation");
-  CHECK_ERROR(load("-1 0 0 0 0 1 0 0 0 0 1 1"), ErrorCode::pose, "line 1", "reflection");
-  CHECK_ERROR(load("1 0 0 nan 0 1 0 0 0 0 1 1"), ErrorCode::pose, "line 1");
-  CHECK_ERROR(load("1 0 0 0 0 1 0 0 0 0 1 0 0 0 5 1"), ErrorCode::pose, "fourth row", "transposed");
-  CHECK_ERROR(load("0 0 0 1 0 0 0 2"), ErrorCode::pose, "quaternion");
-  CHECK_ERROR(io::load_poses(folder.write("p.txt", "1 0 0 0 0 1 0 0 0 0 1 5\n1 2 3\n")), ErrorCode::pose, "line 2",
-              "3 numbers");
-}
-
-TEST_CASE("A file that cannot be read though it exists says why") {
-  CHECK_ERROR(io::load_camera("/proc/self/mem"), ErrorCode::file, "/proc/self/mem", "cannot be read", "permissions");
 }
