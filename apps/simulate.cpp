@@ -122,6 +122,32 @@ MotionOptions motion_of(const SimulateArguments& arguments) {
   return motion;
 }
 
+/// An object of fewer pixels across is not in the picture.
+constexpr double kLeastPixels = 4;
+
+void check_distance(const SimulateArguments& arguments, const Camera& camera, const Mesh& mesh) {
+  if (arguments.distance.empty() || !arguments.trajectory.empty()) return;
+  const auto corners = bounding_corners(mesh);
+  const double diameter = (corners.back() - corners.front()).norm(), nearest = arguments.distance[0];
+  const double pixels = std::max(camera.fx, camera.fy) * diameter / nearest;
+  if (nearest > 0 && pixels < kLeastPixels) {
+    throw Error(ErrorCode::invalid_argument,
+                fmt::format("--distance: the object, {:.3g} m across, is {:.2g} pixels wide at {:.4g} m; distances are "
+                            "in metres",
+                            diameter, pixels, nearest));
+  }
+}
+
+/// The box's own options, where no box is to be seen.
+void check_box_options(const SimulateArguments& arguments, bool seed_given, bool contrast_given) {
+  const auto& others = arguments.occluder_models;
+  const bool box_in_front = std::find(others.begin(), others.end(), "box") != others.end();
+  if (arguments.model == "box" || (!contrast_given && (!seed_given || box_in_front))) return;
+  throw Error(ErrorCode::invalid_argument,
+              fmt::format("{}: only the printed box has it; --model is {}",
+                          contrast_given ? "--box-contrast" : "--box-seed", arguments.model));
+}
+
 /// A pose a frame, or a single one of what stands still.
 void require_poses(std::size_t poses, int frames, const std::filesystem::path& file) {
   if (poses > 1 && poses < static_cast<std::size_t>(frames)) {
@@ -232,6 +258,7 @@ void run(const SimulateArguments& arguments, bool frames_given) {
   }
   const SequenceOptions options = sequence_options(arguments, frames_given);
   const Mesh mesh = object_mesh(arguments);
+  check_distance(arguments, options.camera, mesh);
   if (arguments.report) {
     report(arguments, options, mesh);
     return;
@@ -496,6 +523,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   add_sensor_options(*command, *arguments);
   app::add_config_option(*command);
   command->callback([command, arguments, &exit_code] {
+    check_box_options(*arguments, command->count("--box-seed") > 0, command->count("--box-contrast") > 0);
     run(*arguments, command->count("--frames") > 0);
     exit_code = 0;
   });

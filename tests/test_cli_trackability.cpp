@@ -136,3 +136,25 @@ TEST_CASE("simulate: neither a folder nor --report") {
   const TemporaryFolder folder;
   test::check_error(run_holdfast({"simulate"}, folder), app::kUsage, {"FOLDER is missing"});
 }
+
+TEST_CASE("simulate: what makes no sense together is refused in one line, and nothing is written") {
+  const TemporaryFolder folder;
+  folder.write("plate.obj", "v -0.1 -0.1 0\nv 0.1 -0.1 0\nv 0 0.1 0\nf 1 2 3\n");
+  folder.write("still.txt", "1 0 0 0 0 1 0 0 0 0 1 0.4\n");
+  const auto simulate = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"simulate", "made", "--frames", "1", "--size", "64x48", "--samples", "1", "--quiet"});
+    return run_holdfast(more, folder);
+  };
+  const auto refused = [&](const std::vector<std::string>& more, const std::vector<std::string>& words) {
+    test::check_error(simulate(more), app::kUsage, words);
+    CHECK_FALSE(std::filesystem::exists(folder / "made"));
+  };
+  // Millimetres: 65 pixels times 0.28 m over 100 m.
+  refused({"--model", "plate.obj", "--distance", "100,200"}, {"--distance", "0.283 m", "0.18 pixels", "in metres"});
+  refused({"--distance", "100,200"}, {"--distance", "in metres"});
+  refused({"--model", "plate.obj", "--box-seed", "2"}, {"--box-seed", "plate.obj"});
+  refused({"--model", "plate.obj", "--box-contrast", "0.5"}, {"--box-contrast", "plate.obj"});
+  CHECK(simulate({"--model", "plate.obj", "--box-seed", "2", "--occluder-model", "box", "--occluder-trajectory",
+                  "still.txt", "--trajectory", "still.txt", "--distance", "100,200"})
+            .exit_code == app::kOk);
+}

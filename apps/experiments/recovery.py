@@ -73,9 +73,10 @@ def simulated(program, simulator, work, seed):
     poses, plate, turn = scenes.trial(rng, kind, positions)
     if not keep:
         scenes.write_poses(made / "poses.txt", poses)
-        words = ["--model", model, "--trajectory", made / "poses.txt", "--seed", seed, "--box-seed", seed,
-                 "--box-contrast", contrast, "--noise", 2,
+        words = ["--model", model, "--trajectory", made / "poses.txt", "--seed", seed, "--noise", 2,
                  "--background-pan", 0.5, "--size", "{}x{}".format(*scenes.SIZE)]
+        if model == "box":
+            words += ["--box-seed", seed, "--box-contrast", contrast]
         if plate is not None:
             plates, side = plate
             scenes.write_plate(made / "plate.obj", rng, side)
