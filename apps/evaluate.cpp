@@ -271,7 +271,7 @@ Evaluation track_at_step(const Sequence& sequence, const TrackerUnderTest& track
   return out;
 }
 
-const fs::path& model_of(const Sequence& sequence, const ModelChoice& models) {
+fs::path model_of(const Sequence& sequence, const ModelChoice& models) {
   if (!models.empty()) {
     return models.for_sequence(sequence.name);
   }
@@ -296,10 +296,14 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   std::vector<Sequence> sequences;
   for (const std::string& folder : arguments.folders) {
     sequences.push_back(load_sequence(folder, arguments.bop_object));
-    model_of(sequences.back(), models);
+    sequences.back().model = model_of(sequences.back(), models);
     if (sequences.back().frames.empty()) {
       throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
     }
+  }
+  const std::vector<std::string> names = distinct_names({arguments.folders.begin(), arguments.folders.end()});
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    sequences[i].name = names[i];
   }
   for (const int frame : arguments.picture_frames) {
     if (std::none_of(sequences.begin(), sequences.end(), [frame](const Sequence& sequence) {
@@ -320,7 +324,7 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   provenance.show_start_frame = arguments.show_start_frame;
   std::vector<Evaluation> evaluations;
   for (const Sequence& sequence : sequences) {
-    const fs::path& model = model_of(sequence, models);
+    const fs::path& model = sequence.model;
     const Mesh mesh = load_mesh(arguments, model, sequence);
     const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
     Tracker tracker(mesh, sequence.camera, options, device);

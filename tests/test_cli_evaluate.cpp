@@ -131,6 +131,16 @@ TEST_CASE("Pixels used on the occluder are counted, and looking at them or drawi
   CHECK(fs::exists(simulated() / "drawn/sequence_step1_000006.png"));
   CHECK(std::distance(fs::directory_iterator(simulated() / "drawn"), {}) == 2);
 
+  // Another folder of the same name: results of its own.
+  fs::create_directory(simulated() / "again");
+  simulated().copy("again/sequence");
+  evaluate({"again/sequence", "--json", "two.json", "--pictures", "drawn2", "--picture-frames", "0"});
+  const nlohmann::json two = nlohmann::json::parse(read_file(simulated() / "two.json"))["evaluations"];
+  CHECK(two.at(0)["sequence"] != two.at(1)["sequence"]);
+  CHECK(two.at(1)["sequence"] == "again_sequence");
+  CHECK(fs::exists(simulated() / "drawn2/again_sequence_step1_000000.png"));
+  CHECK(std::distance(fs::directory_iterator(simulated() / "drawn2"), {}) == 2);
+
   simulated().copy("unmasked");
   fs::remove_all(simulated() / "unmasked/masks");
   const ProgramRun plain = simulated().run({"evaluate", "unmasked", "--model", "sequence/model/model.obj", "--quiet",

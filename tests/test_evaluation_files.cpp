@@ -214,6 +214,15 @@ TEST_CASE("sequence folder: bad input") {
   }
 }
 
+TEST_CASE("sequences of the same name are told apart by the folders above, by no more than it takes") {
+  using Names = std::vector<std::string>;
+  CHECK(distinct_names({"/a/x", "/b/y/"}) == Names{"x", "y"});
+  CHECK(distinct_names({"/a/x", "/b/x/", "/b/y"}) == Names{"a_x", "b_x", "y"});
+  CHECK(distinct_names({"/a/1/x", "/b/1/x", "/b/2/x"}) == Names{"a_1_x", "b_1_x", "2_x"});
+  CHECK(distinct_names({"/x", "/a/x"}) == Names{"_x", "a_x"});
+  CHECK(distinct_names({"/a/x", "/a/x/", "/a/../a/x"}) == Names{"x", "x_2", "x_3"});
+}
+
 TEST_CASE("BOP scene: numerical order, millimetres to metres, the chosen object") {
   const Folder folder;
   write_bop(folder);

@@ -178,6 +178,37 @@ TEST_CASE("pictures show the frame as the tracker sees it: without lens distorti
   CHECK(std::abs(moments.m01 / moments.m00 - straight.y()) < 0.3);
 }
 
+TEST_CASE("an overlay's labels do not touch, however narrow the picture and long the words") {
+  for (const int width : {160, 320, 640, 1920}) {
+    CAPTURE(width);
+    const Camera camera{width, 3 * width / 4, 1.0 * width, 1.0 * width, 0.5 * width, 0.375 * width, {}};
+    Overlay overlay(cube(0.2), camera);
+    TrackedFrame tracked;
+    tracked.frame.image = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(128));
+    tracked.frame.index = 123456;
+    tracked.frame.time_s = 4115.2;
+    tracked.result.T_camera_object.translation().z() = 0.8;
+    tracked.result.ms.total = 118.4;
+    tracked.mask.width = camera.width;
+    tracked.mask.height = camera.height;
+    tracked.mask.classes.assign(static_cast<std::size_t>(camera.width) * camera.height, 6);  // a large number
+    for (const std::string& reason : {std::string(), std::string(150, 'm')}) {
+      tracked.result.reason = reason;
+      const cv::Mat picture = overlay.overlay_picture(tracked).clone();
+      const int panel = picture.cols / 2;
+      const cv::Mat strip = picture.rowRange(picture.rows - 50, picture.rows);
+      // Nothing is written where the left part's words end and the right one's begin, nor up to the edge.
+      const auto is_empty = [&](int from, int to) {
+        return cv::norm(strip.colRange(from, to), cv::Mat(strip.rows, to - from, CV_8UC3, strip.at<cv::Vec3b>(49, 0)),
+                        cv::NORM_INF) == 0;
+      };
+      CHECK(is_empty(panel - 7, panel + 8));
+      CHECK(is_empty(picture.cols - 4, picture.cols));
+      if (!reason.empty()) CHECK_FALSE(is_empty(panel - 60, panel - 7));  // smaller, not cut off
+    }
+  }
+}
+
 TEST_CASE("an overlay tells used pixels from rejected ones by colour, and held from lost") {
   Overlay overlay(cube(0.2), kCamera);
   TrackedFrame tracked;

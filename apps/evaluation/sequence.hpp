@@ -33,6 +33,10 @@ struct Sequence {
 /// Throws Error(file), Error(pose), Error(camera) or Error(image): one line that names the file.
 Sequence load_sequence(const std::filesystem::path& folder, std::optional<int> bop_object = std::nullopt);
 
+/// Names under which the results of these folders can stand beside each other: a folder's own where no other has it,
+/// else with those of the folders above that tell it apart, or a number where it is the same folder again.
+std::vector<std::string> distinct_names(const std::vector<std::filesystem::path>& folders);
+
 /// Poses as a program wrote them: the table of `holdfast track` (columns frame, status, tx ty tz qx qy qz qw), or text
 /// with a pose a line (12 or 16 numbers, or TUM).
 struct EstimatedPoses {

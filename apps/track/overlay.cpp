@@ -51,11 +51,20 @@ cv::Size panel_size(const Camera& camera) {
   return {even(camera.width * scale), even(camera.height * scale)};
 }
 
-/// Text with its left end at x; returns where the next may begin.
-int put_text(cv::Mat& image, const std::string& text, int x, int baseline, const cv::Scalar& color,
-             double size = 0.46) {
+constexpr double kTextSize = 0.46;
+constexpr double kSmallTextSize = 0.42;
+
+int width_of(const std::string& text, double size) {
+  return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr).width;
+}
+
+/// Text with its left end at x, made smaller where it would reach `limit`; returns where the next may begin.
+int put_text(cv::Mat& image, const std::string& text, int x, int baseline, const cv::Scalar& color, double size,
+             int limit) {
+  const int width = width_of(text, size);
+  if (x + width > limit) size *= static_cast<double>(limit - x) / width;
   cv::putText(image, text, {x, baseline}, cv::FONT_HERSHEY_SIMPLEX, size, color, 1, cv::LINE_AA);
-  return x + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, size, 1, nullptr).width;
+  return x + std::min(width, limit - x);
 }
 
 }  // namespace
@@ -129,17 +138,18 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
   const int upper = 21;
   const int lower = 43;
   cv::rectangle(strip, {8, upper - 14, 54, 19}, held ? kHeldColor : kLostColor, cv::FILLED);
-  put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10});
+  const int panel = panel_size_.width, limit = panel - 10;
+  put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10}, kTextSize, limit);
   put_text(strip,
            fmt::format("frame {}   {:.2f} s   residual {:.3f}   correlation {:.2f}   {:.1f} ms", tracked.frame.index,
                        tracked.frame.time_s, result.residual, result.correlation, result.ms.total),
-           74, upper, kTextColor);
+           74, upper, kTextColor, kTextSize, limit);
   std::array<int, kClassStyles.size()> counts{};
   for (const std::uint8_t value : tracked.mask.classes) {
     ++counts[std::min<std::size_t>(value, counts.size() - 1)];
   }
   if (!result.reason.empty()) {
-    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, 0.42);
+    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, kSmallTextSize, limit);
   } else {
     // All of them, as they are coloured, not only those of the rows that the pose came from.
     const int used = counts[static_cast<std::size_t>(PixelClass::used)];
@@ -147,17 +157,18 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
     put_text(
         strip,
         fmt::format("{} of {} visible pixels used ({:.0f} %)", used, visible, visible > 0 ? 100.0 * used / visible : 0),
-        10, lower, kDimTextColor, 0.42);
+        10, lower, kDimTextColor, kSmallTextSize, limit);
   }
 
-  put_text(strip, "pixels", panel_size_.width + 10, upper, kDimTextColor);
-  int x = panel_size_.width + 70;
+  put_text(strip, "pixels", panel + 10, upper, kDimTextColor, kTextSize, strip.cols);
+  int x = panel + 70;
   for (const PixelClass shown : {PixelClass::used, PixelClass::rejected_angle, PixelClass::rejected_magnitude,
                                  PixelClass::rejected_vote, PixelClass::no_gradient}) {
     const ClassStyle& style = kClassStyles[static_cast<std::size_t>(shown)];
     cv::rectangle(strip, {x, upper - 11, 12, 12}, cv::Scalar(style.color), cv::FILLED);
-    const int end = put_text(strip, style.word, x + 17, upper, kTextColor);
-    put_text(strip, fmt::format("{}", counts[static_cast<std::size_t>(shown)]), x + 17, lower, kDimTextColor, 0.42);
+    const std::string count = fmt::format("{}", counts[static_cast<std::size_t>(shown)]);
+    const int end = put_text(strip, style.word, x + 17, upper, kTextColor, kTextSize, strip.cols);
+    put_text(strip, count, x + 17, lower, kDimTextColor, kSmallTextSize, x + 17 + 66);
     x = std::max(end, x + 70) + 14;
   }
 }
