@@ -159,6 +159,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       const lane_float r2 = r * r;
       lane_float weight = mask;
       if (k.robust) weight *= (k.freedom + 1.0f) / fma((lane_float)(k.inverse_scale2), r2, (lane_float)(k.freedom));
+      weight = CHOOSE(weight, zero, seen >= k.saturated); /* still a row, one that agrees as far as it can */
       const int p = HF_PHOTO * c;
       const lane_float wv = weight * rendered, wi = weight * seen;
       cell[p] += weight;

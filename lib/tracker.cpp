@@ -31,6 +31,10 @@ constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
 /// What is seen in part is believed at once where the object was lost or would have gone, turned by no more than these
 /// radians; elsewhere after the picture was searched for everything else.
 constexpr double kNearTurn = 0.4;
+/// Of a filtered channel of the frame: at least so bright it may be clipped, itself or in part. Frames are compressed, so
+/// that this is 247 of 255.
+constexpr double kSaturated = 0.97;
+constexpr double kNeverSaturated = 2;
 constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1;
 
@@ -110,6 +114,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.mean_gradient = options_.mean_gradient ? 1 : 0;
   k.redundancy = options_.redundancy ? 1 : 0;
   k.redundancy_cosine2 = static_cast<float>(options_.redundancy_cosine * options_.redundancy_cosine);
+  k.saturated = static_cast<float>(options_.mode == Mode::paper ? kNeverSaturated : kSaturated);
   return k;
 }
 

@@ -34,6 +34,7 @@ kernel::hf_constraints constraints_of(const Scene& scene, int variant) {
   k.redundancy_cosine2 = 0.81f;
   k.every = variant == 4 ? 3 : 1;
   k.elimination = variant != 3;
+  k.saturated = variant == 5 ? 0.55f : 2.0f;
   return k;
 }
 
@@ -92,7 +93,8 @@ class Reference {
     bool second = false;
     for (std::size_t c = 0; c < 3; ++c) {
       const Eigen::Vector2d g = k_.mean_gradient ? Eigen::Vector2d(0.5 * (gv[c] + gi[c])) : gv[c];
-      const double weight = k_.robust ? 5.0 / (4.0 + r[c] * r[c] / (0.03 * 0.03)) : 1.0;
+      const double unclipped_weight = k_.robust ? 5.0 / (4.0 + r[c] * r[c] / (0.03 * 0.03)) : 1.0;
+      const double weight = seen[c] < static_cast<double>(k_.saturated) ? unclipped_weight : 0.0;
       add_moments(sums, c, weight, scene_.value.get(x, y, static_cast<int>(c)), seen[c], r[c], g);
       if (k_.redundancy && c != strongest) {
         const bool repeats = std::abs(gv[c].dot(gv[strongest])) > 0.9 * gv[c].norm() * gv[strongest].norm();
@@ -183,7 +185,7 @@ void check_flow_constraints(const Device::Impl& device, Size size) {
   on_device.run_tests(small_warp(scene, 0.01), make_tests(OcclusionOptions{}));
   const auto classes = on_device.classes();
   const auto samples = on_device.samples();
-  for (int variant = 0; variant < 5; ++variant) {
+  for (int variant = 0; variant < 6; ++variant) {
     CAPTURE(variant);
     const kernel::hf_constraints k = constraints_of(scene, variant);
     const auto tiles = on_device.run_constraints(k);
