@@ -31,8 +31,8 @@ constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
 /// What is seen in part is believed at once where the object was lost or would have gone, turned by no more than these
 /// radians; elsewhere after the picture was searched for everything else.
 constexpr double kNearTurn = 0.4;
-/// Of a filtered channel of the frame: at least so bright it may be clipped, itself or in part. Frames are compressed, so
-/// that this is 247 of 255.
+/// Of a filtered channel of the frame: at least so bright it may be clipped, itself or in part. Frames are compressed,
+/// so that this is 247 of 255.
 constexpr double kSaturated = 0.97;
 constexpr double kNeverSaturated = 2;
 constexpr double kFreedom = 4;  ///< of Student's t
