@@ -28,6 +28,8 @@ typedef struct __attribute__((packed)) {
 #define LOAD_BYTES(p) (((__global const packed_uchar16*)(p))->v)
 #define STORE_BYTES(x, p) (((__global packed_uchar16*)(p))->v = (x))
 #define LOAD8(p) (((__global const packed_float8*)(p))->v)
+#define LOAD16(p) LOAD(p)
+#define STORE8(x, p) (((__global packed_float8*)(p))->v = (x))
 #define LOAD_PRIVATE(p) (((const packed_float16*)(p))->v)
 #define STORE_PRIVATE(x, p) (((packed_float16*)(p))->v = (x))
 #define STORE4_PRIVATE(x, p) (((packed_float4*)(p))->v = (x))
@@ -57,6 +59,7 @@ typedef uchar lane_uchar;
 #define LOAD_BYTES(p) (*(p))
 #define STORE_BYTES(x, p) (*(p) = (x))
 #define LOAD8(p) vload8(0, (p))
+#define LOAD16(p) vload16(0, (p))
 #define TO_INT(v) ((int)(v))
 #define TO_INT_DOWN(v) convert_int_rtn(v)
 #define TO_FLOAT(v) ((float)(v))
@@ -109,6 +112,19 @@ typedef int pixel_mask;
 #define INTERLEAVED(a, b, c, d) ((float4)((a), (b), (c), (d)))
 #endif
 
+#if HF_STRIPS
+/* Sixteen vectors of four -> four of sixteen. */
+#define COLUMN(a, b, c, d, s) (float16)((a).s, (b).s, (c).s, (d).s)
+#define TRANSPOSE(a, b, c, d, out)      \
+  {                                     \
+    out[0] = COLUMN(a, b, c, d, s048c); \
+    out[1] = COLUMN(a, b, c, d, s159d); \
+    out[2] = COLUMN(a, b, c, d, s26ae); \
+  }
+#define TRANSPOSE_PRIVATE(in, out) \
+  TRANSPOSE(LOAD_PRIVATE(in), LOAD_PRIVATE((in) + 16), LOAD_PRIVATE((in) + 32), LOAD_PRIVATE((in) + 48), out)
+#endif
+
 /* select() by a comparison's result: vectors give -1, scalars 1. */
 #define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 
@@ -117,27 +133,54 @@ int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.
 /* First row of a tile on the grid of rows that are looked at, which starts at the image's first row. */
 int first_row(int tile_y, int every) { return (every - tile_y * HF_TILE % every) % every; }
 
-/* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). `first`
-   and `last` bound the cells that hold values. */
+/* Gain and bias (three of each) of every lane of a tile's rows, as they are on the rows of cells above and below the
+   row that was asked for last. */
+typedef struct {
+  lane_float upper[2 * HF_CHANNELS], lower[2 * HF_CHANNELS];
+  int upper_row;
+} photometric_rows;
+
+/* No row of cells: what is asked for first is made. */
+#define NO_CELL_ROW (-1000000)
+
+/* On the middle of a row of cells, linear between the centres of its cells. `first` and `last` bound the cells that
+   hold values. */
+INLINE void photometric_cells(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x,
+                              int cell_row, lane_float* pair) {
+  __global const float* row = pairs + HF_CELL_PAIRS * cell_stride * clamp(cell_row, first.y, last.y);
+  const lane_float position = ((lane_float)(TILE_COLUMN) + LANE_INDEX - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
+#pragma unroll
+  for (int i = 0; i < 2 * HF_CHANNELS; ++i) pair[i] = (lane_float)(0.0f);
+#pragma unroll
+  for (int k = -1; k <= HF_TILE / HF_CELL; ++k) {
+    const lane_float weight = fmax((lane_float)(0.0f), 1.0f - fabs(position - (float)k));
+    __global const float* cell = row + HF_CELL_PAIRS * clamp(tile_x * (HF_TILE / HF_CELL) + k, first.x, last.x);
+#pragma unroll
+    for (int i = 0; i < 2 * HF_CHANNELS; ++i) pair[i] = fma(weight, (lane_float)(cell[i]), pair[i]);
+  }
+}
+
+/* Gain and bias of every lane of a row, bilinear between the centres of cells (equation 16 of docs/math.md). */
 INLINE void photometric_row(__global const float* pairs, int cell_stride, int2 first, int2 last, int tile_x, int y,
-                            lane_float* gain, lane_float* bias) {
+                            photometric_rows* rows, lane_float* gain, lane_float* bias) {
   const float row_position = (y - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
   const int upper = (int)floor(row_position);
   const float t = row_position - upper;
-  __global const float* row0 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper, first.y, last.y);
-  __global const float* row1 = pairs + HF_CELL_PAIRS * cell_stride * clamp(upper + 1, first.y, last.y);
-  const lane_float column_position = ((lane_float)(TILE_COLUMN) + LANE_INDEX - 0.5f * (HF_CELL - 1)) * (1.0f / HF_CELL);
-  for (int c = 0; c < HF_CHANNELS; ++c) gain[c] = bias[c] = (lane_float)(0.0f);
-  for (int k = -1; k <= HF_TILE / HF_CELL; ++k) {
-    const lane_float weight = fmax((lane_float)(0.0f), 1.0f - fabs(column_position - (float)k));
-    const int column = HF_CELL_PAIRS * clamp(tile_x * (HF_TILE / HF_CELL) + k, first.x, last.x);
-    const float8 pair = vload8(0, row0 + column) * (1.0f - t) + vload8(0, row1 + column) * t;
-    gain[0] = fma(weight, (lane_float)(pair.s0), gain[0]);
-    gain[1] = fma(weight, (lane_float)(pair.s1), gain[1]);
-    gain[2] = fma(weight, (lane_float)(pair.s2), gain[2]);
-    bias[0] = fma(weight, (lane_float)(pair.s3), bias[0]);
-    bias[1] = fma(weight, (lane_float)(pair.s4), bias[1]);
-    bias[2] = fma(weight, (lane_float)(pair.s5), bias[2]);
+  if (upper != rows->upper_row) {
+    if (upper == rows->upper_row + 1) {
+#pragma unroll
+      for (int i = 0; i < 2 * HF_CHANNELS; ++i) rows->upper[i] = rows->lower[i];
+    } else {
+      photometric_cells(pairs, cell_stride, first, last, tile_x, upper, rows->upper);
+    }
+    photometric_cells(pairs, cell_stride, first, last, tile_x, upper + 1, rows->lower);
+    rows->upper_row = upper;
+  }
+#pragma unroll
+  for (int c = 0; c < HF_CHANNELS; ++c) {
+    const int b = HF_CHANNELS + c;
+    gain[c] = fma((lane_float)(t), rows->lower[c] - rows->upper[c], rows->upper[c]);
+    bias[c] = fma((lane_float)(t), rows->lower[b] - rows->upper[b], rows->upper[b]);
   }
 }
 

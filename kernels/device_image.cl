@@ -47,11 +47,47 @@ float2 distorted_position(hf_frame f, int x, int y) {
   return (float2)(f.fx * da + f.cx, f.fy * db + f.cy);
 }
 
+/* Formats whose pixels are taken one by one. */
+INLINE int one_by_one(__global const uchar* frame, hf_frame f, int x, int y, int end, __global float* out) { return x; }
+
+/* Four pixels side by side that start at `p`, of formats with bytes for each; `enough` columns must be left, so that no
+   byte behind the frame is read. */
+#if HF_STRIPS
+#define BGR8_PIXELS(p) LOAD_BYTES(p).s210054308760ba90
+#define RGB8_PIXELS(p) LOAD_BYTES(p).s0120345067809ab0
+#define RGBA8_PIXELS(p) LOAD_BYTES(p)
+#define PACKED_PIXELS(NAME, FOUR, BYTES, ENOUGH)                                                           \
+  INLINE int NAME(__global const uchar* frame, hf_frame f, int x, int y, int end, __global float* out) {   \
+    __global const uchar* p = frame + f.offset + y * f.stride;                                             \
+    const float16 all_covered =                                                                            \
+        (float16)((float3)(0.0f), 1.0f, (float3)(0.0f), 1.0f, (float3)(0.0f), 1.0f, (float3)(0.0f), 1.0f); \
+    const float byte = 1.0f / 255.0f;                                                                      \
+    const float16 scale =                                                                                  \
+        (float16)((float3)(byte), 0.0f, (float3)(byte), 0.0f, (float3)(byte), 0.0f, (float3)(byte), 0.0f); \
+    for (; x + 4 <= end && x + ENOUGH <= f.width; x += 4, out += 16) {                                     \
+      STORE(fma(convert_float16(FOUR(p + BYTES * x)), scale, all_covered), out);                           \
+    }                                                                                                      \
+    return x;                                                                                              \
+  }
+PACKED_PIXELS(bgr8_pixels, BGR8_PIXELS, 3, 6)
+PACKED_PIXELS(rgb8_pixels, RGB8_PIXELS, 3, 6)
+PACKED_PIXELS(rgba8_pixels, RGBA8_PIXELS, 4, 4)
+#else
+#define bgr8_pixels one_by_one
+#define rgb8_pixels one_by_one
+#define rgba8_pixels one_by_one
+#endif
 /* A kernel a format. `rect` of level 0 is written; pixels outside the frame become empty (all zero). */
-#define CONVERT_KERNEL(NAME, FETCH)                                                                                  \
+#define CONVERT_KERNEL(NAME, FETCH, FETCH_PIXELS)                                                                    \
   __kernel void NAME(__global const uchar* frame, hf_frame f, hf_rect rect, hf_layout layout, __global float* out) { \
     const int y = rect.y + (int)get_global_id(1);                                                                    \
-    for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {                                                      \
+    int i = ROW_X_BEGIN;                                                                                             \
+    if (!f.distorted && y < f.height) {                                                                              \
+      i = FETCH_PIXELS(frame, f, rect.x + i, y, rect.x + ROW_X_END(rect.width),                                      \
+                       out + HF_PIXEL * element(layout, rect.x + i, y)) -                                            \
+          rect.x;                                                                                                    \
+    }                                                                                                                \
+    for (; i < ROW_X_END(rect.width); ++i) {                                                                         \
       const int x = rect.x + i;                                                                                      \
       float4 pixel = (float4)(0.0f);                                                                                 \
       if (f.distorted) {                                                                                             \
@@ -72,9 +108,9 @@ float2 distorted_position(hf_frame f, int x, int y) {
     }                                                                                                                \
   }
 
-CONVERT_KERNEL(convert_bgr8, fetch_bgr8)
-CONVERT_KERNEL(convert_rgb8, fetch_rgb8)
-CONVERT_KERNEL(convert_rgba8, fetch_rgba8)
-CONVERT_KERNEL(convert_grey8, fetch_grey8)
-CONVERT_KERNEL(convert_nv12, fetch_nv12)
-CONVERT_KERNEL(convert_yuyv, fetch_yuyv)
+CONVERT_KERNEL(convert_bgr8, fetch_bgr8, bgr8_pixels)
+CONVERT_KERNEL(convert_rgb8, fetch_rgb8, rgb8_pixels)
+CONVERT_KERNEL(convert_rgba8, fetch_rgba8, rgba8_pixels)
+CONVERT_KERNEL(convert_grey8, fetch_grey8, one_by_one)
+CONVERT_KERNEL(convert_nv12, fetch_nv12, one_by_one)
+CONVERT_KERNEL(convert_yuyv, fetch_yuyv, one_by_one)

@@ -23,6 +23,24 @@ INLINE int16 neighbourhood_sum(const uchar16* columns, int radius) {
   for (int i = -radius; i <= radius; ++i) sum += vload16(0, line + 8 + i);
   return convert_int16(sum);
 }
+
+/* Neighbouring lanes added up: half as many of each vector. */
+INLINE float16 add_pairs(float16 a, float16 b) { return (float16)(a.even, b.even) + (float16)(a.odd, b.odd); }
+
+/* Of eight vectors: the sum of a vector's lower eight lanes, then of its upper eight, one vector after the other. */
+INLINE float16 half_sums(const float16* v) {
+  return add_pairs(add_pairs(add_pairs(v[0], v[1]), add_pairs(v[2], v[3])),
+                   add_pairs(add_pairs(v[4], v[5]), add_pairs(v[6], v[7])));
+}
+
+INLINE float16 sixteen_sums(const float16* v) { return add_pairs(half_sums(v), half_sums(v + 8)); }
+
+/* As many vectors as are added up at once. */
+#define MAIN_LANES ((HF_SUM_MAIN + 15) / 16 * 16)
+#define CELL_LANES ((HF_CELL_SUMS + 7) / 8 * 8)
+#else
+#define MAIN_LANES HF_SUM_MAIN
+#define CELL_LANES HF_CELL_SUMS
 #endif
 
 __kernel void flow_constraints(__global const float* value, __global const float* dx, __global const float* dy,
@@ -68,9 +86,13 @@ __kernel void flow_constraints(__global const float* value, __global const float
   }
 #endif
   lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
-  lane_float total[HF_SUM_MAIN], photo[2][HF_CELL_SUMS];
-  for (int i = 0; i < HF_SUM_MAIN; ++i) total[i] = (lane_float)(0.0f);
-  for (int i = 0; i < HF_CELL_SUMS; ++i) photo[0][i] = photo[1][i] = (lane_float)(0.0f);
+  photometric_rows rows;
+  rows.upper_row = NO_CELL_ROW;
+  lane_float total[MAIN_LANES], photo[2][CELL_LANES];
+#pragma unroll
+  for (int i = 0; i < MAIN_LANES; ++i) total[i] = (lane_float)(0.0f);
+#pragma unroll
+  for (int i = 0; i < CELL_LANES; ++i) photo[0][i] = photo[1][i] = (lane_float)(0.0f);
   const lane_float ray_x = ((lane_float)(x0) + LANE_INDEX - k.cx) / k.fx;
 
 #if HF_STRIPS
@@ -126,9 +148,10 @@ __kernel void flow_constraints(__global const float* value, __global const float
     const lane_float mask = CHOOSE(zero, one, used);
     total[HF_SUM_USED] += mask;
 
-    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
+    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
     lane_float* cell = photo[row / HF_CELL];
     lane_float gx[HF_CHANNELS], gy[HF_CHANNELS], vx[HF_CHANNELS], vy[HF_CHANNELS], m2[HF_CHANNELS];
+#pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
       vx[c] = gain[c] * LOAD(dx + c * plane + e);
       vy[c] = gain[c] * LOAD(dy + c * plane + e);
@@ -143,6 +166,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
     /* Strongest channel, for the redundancy test; the first of equals. */
     lane_float strongest = m2[0], sx = vx[0], sy = vy[0];
     lane_int strongest_channel = (lane_int)(0);
+#pragma unroll
     for (int c = 1; c < HF_CHANNELS; ++c) {
       const lane_int stronger = m2[c] > strongest;
       strongest = CHOOSE(strongest, m2[c], stronger);
@@ -153,6 +177,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
 
     lane_float g11 = zero, g12 = zero, g22 = zero, q1 = zero, q2 = zero;
     lane_int second_taken = (lane_int)(0);
+#pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
       const lane_float rendered = LOAD(value + c * plane + e), seen = LOAD(samples + c * plane + e);
       const lane_float r = fma(gain[c], rendered, bias[c]) - seen;
@@ -220,14 +245,28 @@ __kernel void flow_constraints(__global const float* value, __global const float
     jv[3] = fma(ay, v2, -(az * v1));
     jv[4] = -(ax * v2);
     jv[5] = ax * v1;
+    /* The rows of ju[1] and jv[0] are nought: what they would add is left out. */
     lane_float bu[6], bv[6];
-    for (int i = 0; i < 6; ++i) {
+    bu[0] = g11 * ju[0];
+    bv[0] = g12 * ju[0];
+    bu[1] = g12 * jv[1];
+    bv[1] = g22 * jv[1];
+    total[HF_SUM_H] = fma(ju[0], q1, total[HF_SUM_H]);
+    total[HF_SUM_H + 1] = fma(jv[1], q2, total[HF_SUM_H + 1]);
+#pragma unroll
+    for (int i = 2; i < 6; ++i) {
       bu[i] = fma(g11, ju[i], g12 * jv[i]);
       bv[i] = fma(g12, ju[i], g22 * jv[i]);
       total[HF_SUM_H + i] = fma(ju[i], q1, fma(jv[i], q2, total[HF_SUM_H + i]));
     }
-    int n = 0;
-    for (int i = 0; i < 6; ++i) {
+#pragma unroll
+    for (int j = 0; j < 6; ++j) total[HF_SUM_A + j] = fma(ju[0], bu[j], total[HF_SUM_A + j]);
+#pragma unroll
+    for (int j = 1; j < 6; ++j) total[HF_SUM_A + 5 + j] = fma(jv[1], bv[j], total[HF_SUM_A + 5 + j]);
+    int n = 11;
+#pragma unroll
+    for (int i = 2; i < 6; ++i) {
+#pragma unroll
       for (int j = i; j < 6; ++j) {
         total[HF_SUM_A + n] = fma(ju[i], bu[j], fma(jv[i], bv[j], total[HF_SUM_A + n]));
         ++n;
@@ -236,19 +275,17 @@ __kernel void flow_constraints(__global const float* value, __global const float
   }
 
 #if HF_STRIPS
-  for (int i = 0; i < HF_SUM_MAIN; ++i) {
-    const float8 a = total[i].lo + total[i].hi;
-    const float4 b = a.lo + a.hi;
-    const float2 c = b.lo + b.hi;
-    out[i] = c.x + c.y;
-  }
-  for (int i = 0; i < 2 * HF_CELL_SUMS; ++i) {
-    const int half_row = i / HF_CELL_SUMS, sum = i % HF_CELL_SUMS;
-    const float16 v = photo[half_row][sum];
-    const float4 left = v.s0123 + v.s4567, right = v.s89ab + v.scdef;
-    const float4 both = (float4)(left.lo + left.hi, right.lo + right.hi);
-    out[HF_SUM_PHOTO + (2 * half_row) * HF_CELL_SUMS + sum] = both.x + both.y;
-    out[HF_SUM_PHOTO + (2 * half_row + 1) * HF_CELL_SUMS + sum] = both.z + both.w;
+  /* What is stored past the end of some sums is overwritten by the next; behind the last there is room. */
+  for (int i = 0; i < MAIN_LANES; i += 16) STORE(sixteen_sums(total + i), out + i);
+  for (int half_row = 0; half_row < 2; ++half_row) {
+    __global float* left = out + HF_SUM_PHOTO + 2 * half_row * HF_CELL_SUMS;
+    float8 right[CELL_LANES / 8];
+    for (int i = 0; i < CELL_LANES; i += 8) {
+      const float16 both = half_sums(photo[half_row] + i);
+      STORE8(both.even, left + i);
+      right[i / 8] = both.odd;
+    }
+    for (int i = 0; i < CELL_LANES; i += 8) STORE8(right[i / 8], left + HF_CELL_SUMS + i);
   }
 #else
 #define HF_LANE_SUMS (HF_SUM_MAIN + 2 * HF_CELL_SUMS) /* odd: spreads the columns over the banks */

@@ -45,8 +45,8 @@ float4 normalized_pixel(float4 p) { return (float4)(p.xyz * inverse_coverage(p.w
 #if HF_STRIPS
 #define BLOCK_COLUMNS HF_BLUR_COLUMNS
 #define BLOCK_ROWS HF_BLUR_ROWS
-#define LINE (HF_PIXEL * BLOCK_COLUMNS)
-/* The common reach written out: PoCL 3.1 does not unroll. */
+#define LINE (HF_PIXEL * BLOCK_COLUMNS / 16)
+/* The common reach written out: PoCL 3.1 does not unroll by itself. */
 #define FOR_EACH_TAP                    \
   if (radius == 3) {                    \
     ADD_TAP(1) ADD_TAP(2) ADD_TAP(3)    \
@@ -56,31 +56,32 @@ float4 normalized_pixel(float4 p) { return (float4)(p.xyz * inverse_coverage(p.w
     }                                   \
   }
 
+/* `lines` in whole vectors: no load of the column pass then straddles two lines of the cache. */
 INLINE void blur_block(__global const float* in, hf_layout layout, int x0, int y0, int columns, int rows,
-                       __constant float* taps, const int radius, float* lines, __global float* out) {
-  const int count = 2 * radius + 1;
+                       __constant float* taps, const int radius, float16* lines, __global float* out) {
+  const int count = 2 * radius + 1, vectors = (HF_PIXEL * columns + 15) / 16;
   for (int i = 0; i < rows + 2 * radius; ++i) {
-    float* line = lines + (i % count) * LINE;
+    float16* line = lines + (i % count) * LINE;
     __global const float* p = in + HF_PIXEL * element(layout, x0, y0 - radius + i);
-    for (int x = 0; x < HF_PIXEL * columns; x += 16) {
-      float16 sum = taps[0] * LOAD(p + x);
-#define ADD_TAP(k) sum = fma((float16)(taps[k]), LOAD(p + x - HF_PIXEL * (k)) + LOAD(p + x + HF_PIXEL * (k)), sum);
+    for (int x = 0; x < vectors; ++x) {
+      float16 sum = taps[0] * LOAD(p + 16 * x);
+#define ADD_TAP(k) \
+  sum = fma((float16)(taps[k]), LOAD(p + 16 * x - HF_PIXEL * (k)) + LOAD(p + 16 * x + HF_PIXEL * (k)), sum);
       FOR_EACH_TAP
 #undef ADD_TAP
-      STORE_PRIVATE(sum, line + x);
+      line[x] = sum;
     }
     const int row = i - 2 * radius;
     if (row < 0) continue;
-    const float* line_of[2 * HF_MAX_RADIUS + 1];
+    const float16* line_of[2 * HF_MAX_RADIUS + 1];
     for (int k = 0; k < count; ++k) line_of[k] = lines + ((row + k) % count) * LINE;
     __global float* o = out + HF_PIXEL * element(layout, x0, y0 + row);
-    for (int x = 0; x < HF_PIXEL * columns; x += 16) {
-      float16 sum = taps[0] * LOAD_PRIVATE(line_of[radius] + x);
-#define ADD_TAP(k) \
-  sum = fma((float16)(taps[k]), LOAD_PRIVATE(line_of[radius - (k)] + x) + LOAD_PRIVATE(line_of[radius + (k)] + x), sum);
+    for (int x = 0; x < vectors; ++x) {
+      float16 sum = taps[0] * line_of[radius][x];
+#define ADD_TAP(k) sum = fma((float16)(taps[k]), line_of[radius - (k)][x] + line_of[radius + (k)][x], sum);
       FOR_EACH_TAP
 #undef ADD_TAP
-      STORE(normalized_pixels(sum), o + x);
+      STORE(normalized_pixels(sum), o + 16 * x);
     }
   }
 }
@@ -89,7 +90,7 @@ __kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __c
                    __global float* out) {
   const int x = BLOCK_COLUMNS * (int)get_group_id(0), y = BLOCK_ROWS * (int)get_group_id(1);
   const int columns = min(BLOCK_COLUMNS, rect.width - x), rows = min(BLOCK_ROWS, rect.height - y);
-  float lines[(2 * HF_MAX_RADIUS + 1) * LINE];
+  float16 lines[(2 * HF_MAX_RADIUS + 1) * LINE];
   /* The common reach as a constant, known inside the loops. */
   if (radius == 3) {
     blur_block(in, layout, rect.x + x, rect.y + y, columns, rows, taps, 3, lines, out);

@@ -10,39 +10,24 @@ typedef struct {
   float4 value, dx, dy;
 } pixel_sample;
 
-/* Bilinear between the four pixels around p[0] and p[HF_PIXEL], at (u, v) from p[0]. */
+/* Bilinear between the four pixels around p[0] and p[HF_PIXEL], at (u, v) from p[0]: first between rows, where four
+   pixels side by side are one vector. */
 INLINE pixel_sample sample_pixel(__global const float* p, int step, float u, float v) {
-  const float8 left0 = LOAD8(p - HF_PIXEL), right0 = LOAD8(p + HF_PIXEL);
-  const float8 left1 = LOAD8(p + step - HF_PIXEL), right1 = LOAD8(p + step + HF_PIXEL);
+  const float16 upper = LOAD16(p - HF_PIXEL), lower = LOAD16(p + step - HF_PIXEL);
   const float8 above = LOAD8(p - step), below = LOAD8(p + 2 * step);
-  const float8 across0 = right0 - left0, across1 = right1 - left1;
-  const float4 row0 = fma((float4)(u), right0.lo - left0.hi, left0.hi);
-  const float4 row1 = fma((float4)(u), right1.lo - left1.hi, left1.hi);
-  const float4 row_above = fma((float4)(u), above.hi - above.lo, above.lo);
-  const float4 row_below = fma((float4)(u), below.hi - below.lo, below.lo);
-  const float4 dx0 = fma((float4)(u), across0.hi - across0.lo, across0.lo);
-  const float4 dx1 = fma((float4)(u), across1.hi - across1.lo, across1.lo);
-  const float4 dy0 = row1 - row_above, dy1 = row_below - row0;
+  const float16 row = fma((float16)(v), lower - upper, upper);
+  const float8 dy0 = lower.s456789ab - above, dy1 = below - upper.s456789ab;
+  const float8 dy = fma((float8)(v), dy1 - dy0, dy0);
+  const float8 dx = row.hi - row.lo;
   pixel_sample s;
-  s.value = fma((float4)(v), row1 - row0, row0);
-  s.dx = 0.5f * fma((float4)(v), dx1 - dx0, dx0);
-  s.dy = 0.5f * fma((float4)(v), dy1 - dy0, dy0);
+  s.value = fma((float4)(u), row.s89ab - row.s4567, row.s4567);
+  s.dx = 0.5f * fma((float4)(u), dx.hi - dx.lo, dx.lo);
+  s.dy = 0.5f * fma((float4)(u), dy.hi - dy.lo, dy.lo);
   return s;
 }
 
 /* At (x, y), all inside the sampled region. */
 #if HF_STRIPS
-/* Sixteen vectors of four -> four of sixteen. */
-#define COLUMN(a, b, c, d, s) (float16)((a).s, (b).s, (c).s, (d).s)
-#define TRANSPOSE(in, out0, out1, out2)                                                                 \
-  {                                                                                                     \
-    const float16 a = LOAD_PRIVATE((in) + 0), b = LOAD_PRIVATE((in) + 16), c = LOAD_PRIVATE((in) + 32), \
-                  d = LOAD_PRIVATE((in) + 48);                                                          \
-    out0 = COLUMN(a, b, c, d, s048c);                                                                   \
-    out1 = COLUMN(a, b, c, d, s159d);                                                                   \
-    out2 = COLUMN(a, b, c, d, s26ae);                                                                   \
-  }
-
 INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_float x, lane_float y, lane_int wanted,
                          frame_samples* samples) {
   const int16 xi = convert_int16(x), yi = convert_int16(y);
@@ -61,29 +46,27 @@ INLINE void sample_frame(__global const float* frame, hf_layout layout, lane_flo
     STORE4_PRIVATE(s.dx, dx + 4 * lane);
     STORE4_PRIVATE(s.dy, dy + 4 * lane);
   }
-  TRANSPOSE(value, samples->value[0], samples->value[1], samples->value[2])
-  TRANSPOSE(dx, samples->dx[0], samples->dx[1], samples->dx[2])
-  TRANSPOSE(dy, samples->dy[0], samples->dy[1], samples->dy[2])
+  TRANSPOSE_PRIVATE(value, samples->value)
+  TRANSPOSE_PRIVATE(dx, samples->dx)
+  TRANSPOSE_PRIVATE(dy, samples->dy)
   samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32),
                              LOAD_PRIVATE(value + 48), s37bf);
 }
 
 /* At a row's own pixels. */
 INLINE void sample_row(__global const float* p, int step, lane_int wanted, frame_samples* samples) {
-  float value[64], dx[64], dy[64];
-  for (int i = 0; i < 64; i += 16) {
-    STORE_PRIVATE(LOAD(p + i), value + i);
-    STORE_PRIVATE(0.5f * (LOAD(p + i + HF_PIXEL) - LOAD(p + i - HF_PIXEL)), dx + i);
-    STORE_PRIVATE(0.5f * (LOAD(p + i + step) - LOAD(p + i - step)), dy + i);
-  }
-  TRANSPOSE(value, samples->value[0], samples->value[1], samples->value[2])
-  TRANSPOSE(dx, samples->dx[0], samples->dx[1], samples->dx[2])
-  TRANSPOSE(dy, samples->dy[0], samples->dy[1], samples->dy[2])
-  samples->coverage = COLUMN(LOAD_PRIVATE(value + 0), LOAD_PRIVATE(value + 16), LOAD_PRIVATE(value + 32),
-                             LOAD_PRIVATE(value + 48), s37bf);
+  const float16 a = LOAD(p), b = LOAD(p + 16), c = LOAD(p + 32), d = LOAD(p + 48);
+  TRANSPOSE(a, b, c, d, samples->value)
+  samples->coverage = COLUMN(a, b, c, d, s37bf);
+#define DIFFERENCE(i, s) (0.5f * (LOAD(p + (i) + (s)) - LOAD(p + (i) - (s))))
+  TRANSPOSE(DIFFERENCE(0, HF_PIXEL), DIFFERENCE(16, HF_PIXEL), DIFFERENCE(32, HF_PIXEL), DIFFERENCE(48, HF_PIXEL),
+            samples->dx)
+  TRANSPOSE(DIFFERENCE(0, step), DIFFERENCE(16, step), DIFFERENCE(32, step), DIFFERENCE(48, step), samples->dy)
+#undef DIFFERENCE
   if (!all(wanted)) {
     /* What lies there may be of an earlier frame. */
     const float16 zero = (float16)(0.0f);
+#pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
       samples->value[c] = CHOOSE(zero, samples->value[c], wanted);
       samples->dx[c] = CHOOSE(zero, samples->dx[c], wanted);
@@ -120,6 +103,8 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
   lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
+  photometric_rows rows;
+  rows.upper_row = NO_CELL_ROW;
   const lane_float column = (lane_float)(x0) + LANE_INDEX;
   const float one_over_fx = 1.0f / warp.fx, one_over_fy = 1.0f / warp.fy;
 
@@ -170,7 +155,7 @@ __kernel void occlusion_tests(__global const float* value, __global const float*
 #endif
     wanted &= s.coverage >= HF_LEAST_COVERAGE;
 
-    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, gain, bias);
+    photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0), apart = (lane_int)(0);
     lane_float along_all = (lane_float)(0.0f), mv2_all = (lane_float)(0.0f), mi2_all = (lane_float)(0.0f);

@@ -106,8 +106,8 @@ struct Renderer::Impl {
   DepthRange render(const Pose& T_camera_object, const Camera& camera, const Rect& roi, const RenderTarget& target);
   void set_texture(std::size_t material, const Texture& texture);
 
-  GLuint compile(GLenum kind, const char* file, const char* variant) const;
-  Program link(const char* variant) const;
+  GLuint compile(GLenum kind, const char* file, const std::string& variant) const;
+  Program link(const std::string& variant) const;
   GLuint upload_geometry(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices) const;
   void upload_texture(std::size_t material, const Texture& texture);
   void bind_framebuffer(int width, int height);
@@ -124,13 +124,14 @@ struct Renderer::Impl {
   std::vector<int> widths;
   std::vector<int> heights;
   std::vector<GLuint> framebuffers;  ///< one a pair of size classes, widths first; 0: not made yet
-  std::array<Program, kAppearances> programs;
+  std::array<Program, kAppearances> programs, lit_programs;
   std::vector<Geometry> geometries;  ///< the mesh, then ever coarser levels of it
   std::vector<MaterialState> materials;
   bool has_texture_coordinates = false;
   bool has_colors = false;
   bool is_closed = false;       ///< backs of triangles are never seen
   double deviation_pixels = 0;  ///< that a coarser level may cost
+  bool lit = false;             ///< shading is going to be set
   Eigen::Vector3d center;
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
   Eigen::Vector3d half_extent;
@@ -142,7 +143,8 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
       has_texture_coordinates(!mesh.texture_coordinates.empty()),
       has_colors(!mesh.colors.empty()),
       is_closed(is_closed_outward(mesh)),
-      deviation_pixels(options.deviation_pixels) {
+      deviation_pixels(options.deviation_pixels),
+      lit(options.lit) {
   const CurrentGlContext current(*context);
   const auto* renderer = reinterpret_cast<const char*>(gl.get_string(GL_RENDERER));
   const auto* version = reinterpret_cast<const char*>(gl.get_string(GL_VERSION));
@@ -170,8 +172,12 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   heights = size_classes(max_height);
   framebuffers.resize(widths.size() * heights.size());
 
-  programs = {link(options.texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED"),
-              link("VERTEX_COLORED"), link("UNKNOWN")};
+  const std::string textured = options.texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED";
+  const auto link_all = [&](const std::string& light) {
+    return std::array{link(textured + light), link("VERTEX_COLORED" + light), link("UNKNOWN" + light)};
+  };
+  programs = link_all("");
+  lit_programs = link_all("\n#define SHADED");
   gl.enable(GL_DEPTH_TEST);
   gl.depth_func(GL_LESS);
   gl.disable(GL_DITHER);
@@ -198,7 +204,7 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   check_errors("uploading the model");
 }
 
-GLuint Renderer::Impl::compile(GLenum kind, const char* file, const char* variant) const {
+GLuint Renderer::Impl::compile(GLenum kind, const char* file, const std::string& variant) const {
   const std::string text =
       std::string("#version 330 core\n#define ") + variant + "\n" + std::string(embedded_text(file));
   const GLuint shader = gl.create_shader(kind);
@@ -216,7 +222,7 @@ GLuint Renderer::Impl::compile(GLenum kind, const char* file, const char* varian
   return shader;
 }
 
-Program Renderer::Impl::link(const char* variant) const {
+Program Renderer::Impl::link(const std::string& variant) const {
   const GLuint vertex_shader = compile(GL_VERTEX_SHADER, "model.vert", variant);
   const GLuint fragment_shader = compile(GL_FRAGMENT_SHADER, "model.frag", variant);
   Program program;
@@ -378,7 +384,15 @@ void Renderer::Impl::warm_up() {
   camera.cx = camera.cy = (kSmallestClass - 1) / 2.0;
   Pose T_camera_object = Pose::Identity();
   T_camera_object.translation() = Eigen::Vector3d(0, 0, 4 * half_extent.norm()) - center;
-  render(T_camera_object, camera, {0, 0, kSmallestClass, kSmallestClass}, {rgba.data(), depth.data(), kSmallestClass});
+  const auto draw = [&] {
+    render(T_camera_object, camera, {0, 0, kSmallestClass, kSmallestClass},
+           {rgba.data(), depth.data(), kSmallestClass});
+  };
+  draw();
+  if (!lit) return;
+  const Eigen::Vector3f before = std::exchange(shading, Eigen::Vector3f(0, 0, -0.5F));
+  draw();
+  shading = before;
 }
 
 Appearance Renderer::Impl::appearance(std::size_t material) const {
@@ -433,13 +447,16 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   const Eigen::Matrix4f clip_from_object =
       (projection(camera, roi, range) * T_camera_center.matrix()).eval().cast<float>();
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
+  const bool shaded = !shading.isZero();
   for (const Batch& batch : geometry.batches) {
     const Appearance look = appearance(batch.material);
-    const Program& program = programs[static_cast<std::size_t>(look)];
+    const Program& program = (shaded ? lit_programs : programs)[static_cast<std::size_t>(look)];
     gl.use_program(program.name);
     gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
-    gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
-    gl.uniform3(program.shading, 1, shading.data());
+    if (shaded) {
+      gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
+      gl.uniform3(program.shading, 1, shading.data());
+    }
     if (look == Appearance::textured) {
       gl.bind_texture(GL_TEXTURE_2D, materials[batch.material].texture);
     }

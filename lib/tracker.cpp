@@ -76,7 +76,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma),
       view_(device.impl(), validated(mesh), camera, levels_, filter_,
-            {options.texture_samples, options.mesh_deviation}),
+            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh)}),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
@@ -89,7 +89,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
   patches_.reserve(static_cast<std::size_t>(levels_[0].cells_x()) * static_cast<std::size_t>(levels_[0].cells_y()));
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
-  device_.impl().queue.finish();
+  warm_up();
 }
 
 Conditioning Tracker::Impl::conditioning() const { return {view_.T_camera_object() * p_object_center_, radius_}; }
@@ -130,7 +130,8 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const double pixels = course_.gradient_pixels / (1 << (2 * (level - finest_)));
+  const double known = course_.gradient_pixels > 0 ? course_.gradient_pixels : first_gradient_pixels_;
+  const double pixels = known / (1 << (2 * (level - finest_)));
   return std::clamp(static_cast<int>(std::lround(pixels / options_.enough_pixels)), 1, kMostThinning);
 }
 
@@ -161,6 +162,7 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
+  if (level > finest_) first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
   if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
   if (options.elimination) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -214,6 +216,7 @@ template <typename Frame>
 FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search) {
   times_ = {};
   solved_systems_ = 0;
+  first_gradient_pixels_ = 0;
   FrameResult result;
   Estimate best;
   best.T_camera_object = hypotheses.poses[0];
@@ -241,7 +244,9 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       if (options_.mode == Mode::paper) {
         best = track_once(hypotheses.poses[0]);
       } else {
-        const int coarse_finest = std::max(coarsest - 1, finest_);
+        // The first frame's coarse stage goes as far as it can: a view at full resolution then is drawn only once.
+        const bool first = course_.gradient_pixels <= 0;
+        const int coarse_finest = first ? std::min(coarsest, finest_ + 1) : std::max(coarsest - 1, finest_);
         const bool coarse = coarsest > finest_;
         const auto as_usual = [&](const Estimate& estimate) {
           return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();

@@ -31,6 +31,9 @@ struct Tracker::Impl {
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
+  /// Does what a frame does once: the device loads its kernels, the driver its shaders, at their first use.
+  void warm_up();
+
   template <typename Frame>
   FrameResult track(const Frame& frame);
   FrameResult refine(const ImageView& frame, const Pose& T_start);
@@ -129,6 +132,8 @@ struct Tracker::Impl {
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
   Look look_;
   Course course_;
+  /// On the finest level, as this frame's coarse ones let expect: while no frame was held.
+  double first_gradient_pixels_ = 0;
   int looked_at_every_ = 1;  ///< row of pixels, in the last sums
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn

@@ -31,6 +31,7 @@ struct RendererOptions {
   /// A mesh of many triangles is drawn with fewer, as long as surface and texture stay where they are within this many
   /// pixels (root of the mean square where it is worst); 0: with all of them.
   double deviation_pixels = 0;
+  bool lit = false;  ///< set_shading() is going to be used: shaders for it are made at once, not at its first use
 };
 
 /// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one

@@ -41,6 +41,14 @@ def run_benchmarks(program, threads, wanted, repetitions):
         return json.load(file)
 
 
+def lines_of(path):
+    """None yet where there is no file, or it has just been replaced."""
+    try:
+        return path.read_bytes().count(b"\n")
+    except FileNotFoundError:
+        return 0
+
+
 def first_frames(holdfast, repetitions):
     """Of the program itself, on 640x480 pictures: from process start to the first row of poses; the first frame's time
     over the median. The first run fills the caches of compiled kernels and is not counted."""
@@ -60,7 +68,7 @@ def first_frames(holdfast, repetitions):
                  folder / "sequence" / "model" / "model.obj", "--camera", folder / "sequence" / "K.txt", "--init",
                  folder / "pose.txt", "--poses", poses, "--quiet"],
                 stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            while process.poll() is None and not (poses.exists() and poses.read_bytes().count(b"\n") > 1):
+            while process.poll() is None and lines_of(poses) < 2:
                 time.sleep(0.001)
             start = time.monotonic() - begin
             if process.wait() != 0:
