@@ -52,6 +52,7 @@ std::vector<int> size_classes(int maximum) {
   std::vector<int> sizes;
   for (int size = kSmallestClass; size < maximum; size *= 2) {
     sizes.push_back(size);
+    if (size / 2 * 3 < maximum) sizes.push_back(size / 2 * 3);
   }
   sizes.push_back(std::max(maximum, kSmallestClass));
   return sizes;

@@ -140,11 +140,12 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
 Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
   Estimate estimate;
   estimate.T_camera_object = T_predicted;
-  if (!draw(T_predicted, 0, 1)) return estimate;
   {
     const Stopwatch watch(times_.filter);
     image_.enqueue_blur(0, grown(view_.bounds(T_predicted), filter_.radius() + 4));
+    device_.impl().queue.flush();  // the device works while the view is drawn
   }
+  if (!draw(T_predicted, 0, 1)) return estimate;
   const Stopwatch watch(times_.solve);
   photometry_.start_level(0, view_.planes(0).tiles);
   Pose D = Pose::Identity();
