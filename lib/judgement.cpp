@@ -1,5 +1,6 @@
 #include "judgement.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -22,6 +23,9 @@ constexpr double kOrdinaryShare = 0.8;
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
+/// Standard deviation of the orientation, radians, up to which a pose is believed where nothing led to it: twice this
+/// is less than five degrees. What is tilted the wrong way, or seen in a strip only, is less sure.
+constexpr double kSureTurn = 0.04;
 /// Share of the usual texture that may be hidden without a word.
 constexpr double kMuchHidden = 0.4;
 /// Factor by which the light changes within a few frames that is worth a word.
@@ -39,6 +43,13 @@ bool is_sure_sliver(const Estimate& estimate) {
 
 }  // namespace
 
+double Estimate::turn_deviation() const {
+  if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance.bottomRightCorner<3, 3>(),
+                                                              Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(2)));
+}
+
 bool is_probable(const Estimate& estimate) {
   const double share = estimate.used_share(), correlation = estimate.correlation;
   return estimate.solved && ((share >= kFoundShare && correlation >= kFoundCorrelation) ||
@@ -52,9 +63,11 @@ bool is_good(const Estimate& estimate, const TrackerOptions& options, const Stan
   if (share < options.lost_visible_share)
     return !standing.lost_before && !standing.surprising && is_sure_sliver(estimate);
   if (!standing.lost_before) {
-    return !standing.surprising || is_probable(estimate) ||
-           (share >= kSurprisingShare && estimate.correlation >= kSurprisingCorrelation);
+    return !standing.surprising ||
+           (estimate.turn_deviation() <= kSureTurn &&
+            (is_probable(estimate) || (share >= kSurprisingShare && estimate.correlation >= kSurprisingCorrelation)));
   }
+  if (estimate.turn_deviation() > kSureTurn) return false;
   const double usual_share = standing.usual_share > 0 ? standing.usual_share : kOrdinaryShare;
   return is_probable(estimate) && (standing.expected || share >= kFoundAtOnce * usual_share);
 }

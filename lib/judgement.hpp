@@ -24,6 +24,8 @@ struct Estimate {
   Stretch stretch;                       ///< of the object beside its model; on the finest level only
   Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 
+  /// Standard deviation of the orientation where it is least sure, radians; infinite where none is known.
+  double turn_deviation() const;
   /// Of the gradient pixels, the share that decided the pose.
   double used_share() const { return sums.used / std::max(1.0, sums.gradient); }
 };

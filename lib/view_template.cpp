@@ -186,6 +186,32 @@ std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
   return -normal.normalized();
 }
 
+std::optional<Eigen::Vector3d> ViewTemplate::mean_normal() const {
+  // On a plane 1/Z = (n . ray) / (n . P), linear in the ray.
+  constexpr int kStep = 2, kFewest = 20;
+  const Camera& camera = levels_[drawn_level_].camera;
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (int row = 0; row < drawn_.height; row += kStep) {
+    for (int column = 0; column < drawn_.width; column += kStep) {
+      const double d =
+          static_cast<double>(host_depth_[static_cast<std::size_t>(row) * static_cast<std::size_t>(drawn_.width) +
+                                          static_cast<std::size_t>(column)]);
+      if (d >= 1) continue;
+      const double inverse =
+          (range_.far_plane - d * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+      const Eigen::Vector3d ray((drawn_.x + column - camera.cx) / camera.fx, (drawn_.y + row - camera.cy) / camera.fy,
+                                1);
+      products += ray * ray.transpose();
+      sums += inverse * ray;
+      ++count;
+    }
+  }
+  if (count < kFewest) return {};
+  return -products.ldlt().solve(sums).normalized();
+}
+
 void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {
   const Camera& camera = levels_[level].camera;
   kernel::hf_exposure e{};

@@ -52,6 +52,10 @@ class ViewTemplate {
   /// where that is not flat or not all surface.
   std::optional<Eigen::Vector3d> normal_at(int x, int y) const;
 
+  /// Unit normal, towards the camera (camera axes), of the plane nearest to all the surface drawn last; none where
+  /// next to nothing was drawn.
+  std::optional<Eigen::Vector3d> mean_normal() const;
+
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }
   Renderer& renderer() { return renderer_; }

@@ -1,6 +1,8 @@
 // The words of a verdict, each from figures that call for it.
 #include <doctest/doctest.h>
 
+#include <cmath>
+
 #include "judgement.hpp"
 
 namespace {
@@ -16,6 +18,7 @@ Estimate fine() {
   estimate.sums.usable = 9000;
   estimate.sums.gradient = 5000;
   estimate.sums.used = 3500;
+  estimate.covariance = 1e-4 * Matrix6::Identity();  // of 0.6 degrees
   return estimate;
 }
 
@@ -139,4 +142,27 @@ TEST_CASE("to be held where it was not expected takes more") {
   CHECK(judge(estimate, {}, surprising).status == Status::lost);
   estimate.sums.used = 2100;
   CHECK(judge(estimate, {}, surprising).status == Status::held);
+}
+
+TEST_CASE("a pose that nothing led to is believed only if its orientation is sure") {
+  // About one axis, any: a strip of texture does not tell how it is turned about itself.
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 2).normalized();
+  const auto turned_by = [&](double degrees) {
+    Estimate estimate = fine();
+    const double deviation = degrees * 3.14159265358979 / 180;
+    estimate.covariance.bottomRightCorner<3, 3>() += deviation * deviation * axis * axis.transpose();
+    return estimate;
+  };
+  CHECK(turned_by(2).turn_deviation() == doctest::Approx(std::hypot(0.01, 2 * 3.14159265358979 / 180)));
+  Standing after_loss, jumped, followed;
+  after_loss.lost_before = after_loss.expected = true;
+  jumped.surprising = true;
+  for (const Standing& standing : {after_loss, jumped}) {
+    CHECK(is_good(turned_by(2), {}, standing));
+    CHECK_FALSE(is_good(turned_by(3), {}, standing));
+    Estimate unknown = fine();
+    unknown.covariance.setZero();
+    CHECK_FALSE(is_good(unknown, {}, standing));
+  }
+  CHECK(is_good(turned_by(10), {}, followed));
 }

@@ -1,0 +1,49 @@
+// What a drawn view says of the surface in it.
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "device_impl.hpp"
+#include "levels.hpp"
+#include "support/render_comparison.hpp"
+#include "view_template.hpp"
+
+namespace {
+
+using namespace holdfast;
+using namespace holdfast::test;
+
+/// Degrees between the plane found nearest to the quad, drawn at this pose on this level, and the quad.
+double tilt_error(const Pose& T_camera_object, int level) {
+  const Device device;
+  const auto levels = make_levels(kRenderCamera, 2);
+  ImageFilter filter(device.impl(), 1.0);
+  ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
+  REQUIRE(view.enqueue(T_camera_object, level, 1, false, {}));
+  const auto normal = view.mean_normal();
+  REQUIRE(normal.has_value());
+  const Eigen::Vector3d axis = T_camera_object.linear().col(2);
+  const Eigen::Vector3d towards_camera = axis.dot(T_camera_object.translation()) < 0 ? axis : -axis;
+  return std::atan2(normal->cross(towards_camera).norm(), normal->dot(towards_camera)) * 180 / 3.14159265358979;
+}
+
+}  // namespace
+
+TEST_CASE("the plane nearest to a flat object drawn is its own, wherever it is and however tilted") {
+  for (const Eigen::Vector3d& turn : {Eigen::Vector3d(0, 0, 0.4), Eigen::Vector3d(0.5, -0.3, 0.2),
+                                      Eigen::Vector3d(-1.0, 0.4, 0), Eigen::Vector3d(0.2, 1.1, -0.5)}) {
+    CAPTURE(turn.transpose());
+    CHECK(tilt_error(pose_at({0.02, -0.01, 0.5}, turn), 0) < 0.05);
+    CHECK(tilt_error(pose_at({-0.1, 0.05, 0.9}, turn), 0) < 0.05);
+    CHECK(tilt_error(pose_at({0.02, -0.01, 0.5}, turn), 1) < 0.05);
+  }
+}
+
+TEST_CASE("an object that is a few pixels large has no plane") {
+  const Device device;
+  const auto levels = make_levels(kRenderCamera, 2);
+  ImageFilter filter(device.impl(), 1.0);
+  ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
+  REQUIRE(view.enqueue(pose_at({0, 0, 15}), 0, 1, false, {}));
+  CHECK_FALSE(view.mean_normal().has_value());
+}
