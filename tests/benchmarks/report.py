@@ -89,6 +89,18 @@ def kernels(result):
               ["", "calls", "ms", "ns a pixel", "GB/s", "of copy", "GFLOP/s", "of peak"], rows)
 
 
+def instructions(result):
+    rows = []
+    for kernel, figures in result.get("instructions", {}).items():
+        if sum(figures["kinds"].values()) == 0:
+            continue
+        rows += [[f"{kernel}: {kind}", str(count)] for kind, count in figures["kinds"].items()]
+        rows.append([f"{kernel}: of all, that touch memory", str(figures["memory_operations"])])
+        rows.append([f"{kernel}: at most, of peak", f"{100 * figures['most_of_peak']:.0f} %"])
+    if rows:
+        table("Machine instructions of the main loop, 16 pixels", ["", "count"], rows)
+
+
 def occlusion(result):
     rows = []
     for threads, runs in result["threads"].items():
@@ -147,6 +159,7 @@ def main(paths):
     occlusion(result)
     first(result)
     kernels(result)
+    instructions(result)
     sweeps(result)
     if len(paths) > 1 and os.path.exists(paths[1]):
         with open(paths[1]) as file:

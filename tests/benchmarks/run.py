@@ -13,6 +13,8 @@ import subprocess
 import tempfile
 import time
 
+import instructions
+
 
 def figures_of(result):
     """Medians over the repetitions of every benchmark, but the best of what a device can do: {name: {figure: value}}."""
@@ -107,6 +109,8 @@ def main():
         print(f"bench: kernels, {threads} thread{'s' if threads > 1 else ''}", flush=True)
         output = subprocess.run([kernels, "--threads", str(threads)], check=True, capture_output=True, text=True).stdout
         result["kernels"][str(threads)] = json.loads(output)
+    result["instructions"] = {kernel: instructions.instructions(kernels, kernel)
+                              for kernel in ("flow_constraints", "occlusion_tests")}
     print("bench: first frames of the program", flush=True)
     result["first"] = first_frames(holdfast, arguments.repetitions)
 
