@@ -4,68 +4,89 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace holdfast {
 namespace {
 
-/// What blocks of tiles do not show of what tiles have in common, and what a row's residual tells beside its tile's
-/// score: rows that are worth one observation, as a root. Both calibrated on simulated objects (`make robustness`,
-/// covariance-made-for).
-constexpr double kBlockCorrelation = 1.5, kRowCorrelation = 1.4;
-/// Few blocks fit their own solution too well, as few points do a line; a tile has a share in several blocks.
-constexpr double kTilesPerBlock = 2.25, kFewestBlocks = 9, kFewInflation = 3;
-
-/// The normal equations of a tile: A to the upper triangle's order, and what is left of h after the step.
-struct TileEquations {
-  Matrix6 A;
-  Twist score;
-
-  TileEquations(const float* sums, const Twist& step) {
-    std::size_t n = HF_SUM_A;
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) A(i, j) = A(j, i) = static_cast<double>(sums[n++]);
-      score(i) = static_cast<double>(sums[HF_SUM_H + i]);
-    }
-    score -= A * step;
-  }
-};
+/// Tiles on a side of a block: 48 pixels share their errors at most.
+constexpr int kBlock = 3;
+/// Blocks that are taken to say the same in every direction, beside those there are.
+constexpr double kAlike = 3;
+/// How far a block may decide alone, so that one that holds all there is says something finite.
+constexpr double kAlone = 0.1;
+/// By how much the averaging of light may differ, standard deviation; calibrated on simulated objects (`make
+/// robustness`, covariance-made-for).
+constexpr double kLightDeviation = 0.1;
 
 }  // namespace
 
-Matrix6 score_covariance(std::span<const float> tile_sums, const kernel::hf_rect& tiles,
-                         const Twist& conditioned_step) {
-  const auto sums_of = [&](int column, int row) -> const float* {
-    if (column < 0 || row < 0 || column >= tiles.width || row >= tiles.height) return nullptr;
-    const float* sums = tile_sums.data() + static_cast<std::size_t>(row * tiles.width + column) * HF_SUM_STRIDE;
-    return sums[HF_SUM_ROWS] > 0.0f ? sums : nullptr;
-  };
-  Matrix6 blocks = Matrix6::Zero(), rows = Matrix6::Zero();
-  int informative = 0;
-  // Every 2x2 block of tiles, one overlapping the next: what neighbours have in common adds up in it.
-  for (int row = 0; row <= tiles.height; ++row) {
-    for (int column = 0; column <= tiles.width; ++column) {
-      Twist block = Twist::Zero();
-      for (const auto& [left, up] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
-        const float* sums = sums_of(column - left, row - up);
-        if (sums == nullptr) continue;
-        const TileEquations tile(sums, conditioned_step);
-        block += tile.score;
-        if (left == 0 && up == 0) {
-          ++informative;
-          rows += static_cast<double>(sums[HF_SUM_WRR]) / std::max(1e-9, static_cast<double>(sums[HF_SUM_W])) * tile.A;
-        }
+void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& tiles,
+                    std::vector<TileEquations>& equations) {
+  equations.assign(static_cast<std::size_t>(tiles.width) * static_cast<std::size_t>(tiles.height), {});
+  const float* sums = tile_sums.data();
+  for (TileEquations& tile : equations) {
+    if (sums[HF_SUM_ROWS] > 0.0f) {
+      tile.informative = true;
+      std::size_t n = HF_SUM_A;
+      for (int i = 0; i < 6; ++i) {
+        for (int j = i; j < 6; ++j) tile.A(i, j) = tile.A(j, i) = static_cast<double>(sums[n++]);
+        tile.h(i) = static_cast<double>(sums[HF_SUM_H + i]);
       }
-      blocks += 0.25 * block * block.transpose();
     }
+    sums += HF_SUM_STRIDE;
   }
-  const double count = informative / kTilesPerBlock;
-  const double few = count > kFewestBlocks ? count / (count - 6.0) : kFewInflation;
-  return few * kBlockCorrelation * blocks + kRowCorrelation * kRowCorrelation * rows;
 }
 
-Matrix6 pose_covariance(const Matrix6& A, const Matrix6& S, double prior_weight, double prior_deviation) {
-  const Matrix6 with_prior = A + prior_weight * Matrix6::Identity();
+Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
+                         const Matrix6& A) {
+  const int rows = static_cast<int>(tiles.size()) / columns;
+  const Matrix6 all = (1 + kAlone) * A;
+  Matrix6 blocks = Matrix6::Zero();
+  Twist to_dark = Twist::Zero();
+  double informative_tiles = 0;
+  for (const TileEquations& tile : tiles) {
+    to_dark += tile.to_dark;
+    informative_tiles += tile.informative;
+  }
+  // Every block, one overlapping the next: what neighbours have in common adds up in it.
+  for (int row = 1 - kBlock; row < rows; ++row) {
+    for (int column = 1 - kBlock; column < columns; ++column) {
+      Matrix6 block_A = Matrix6::Zero();
+      Twist block_h = Twist::Zero();
+      bool informative = false;
+      for (int y = std::max(0, row); y < std::min(rows, row + kBlock); ++y) {
+        for (int x = std::max(0, column); x < std::min(columns, column + kBlock); ++x) {
+          const TileEquations& tile = tiles[static_cast<std::size_t>(y * columns + x)];
+          if (!tile.informative) continue;
+          informative = true;
+          block_A += tile.A;
+          block_h += tile.h;
+        }
+      }
+      if (!informative) continue;
+      Twist score = block_h - block_A * conditioned_step;
+      // The block helped to find the solution that it is compared with; this would be its score without it.
+      const Eigen::LLT<Matrix6> others(all - block_A);
+      if (others.info() == Eigen::Success) score = all * others.solve(score);
+      blocks += score * score.transpose();
+    }
+  }
+  blocks /= kBlock * kBlock;
+  // What few blocks say of a single direction is much by chance; how they spread in all of them together is less so.
+  const double count = informative_tiles / (kBlock * kBlock), alike = A.llt().solve(blocks).trace() / 6;
+  return (count * blocks + kAlike * alike * A) / (count + kAlike) +
+         kLightDeviation * kLightDeviation * to_dark * to_dark.transpose();
+}
+
+double robust_curvature(double mean_weight, double freedom) {
+  // Residuals much smaller than the scale all weigh (freedom + 1) / freedom.
+  const double fits = std::clamp(freedom + 1 - freedom * mean_weight, 0.0, 1.0);
+  return 1 - 2 / (freedom + 3) * fits;
+}
+
+Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, double prior_weight,
+                        double prior_deviation) {
+  const Matrix6 with_prior = curvature * A + prior_weight * Matrix6::Identity();
   const Matrix6 scores = S + prior_weight * prior_weight * prior_deviation * prior_deviation * Matrix6::Identity();
   const Eigen::LDLT<Matrix6> factors(with_prior);
   const Matrix6 half = factors.solve(scores);
@@ -78,26 +99,31 @@ double posterior_deviation(const Matrix6& A, double prior_weight, double prior_d
   return prior_deviation * std::sqrt(prior_weight / (prior_weight + std::max(0.0, solver.eigenvalues()(0))));
 }
 
+void Restlessness::MeanSquare::add(const Matrix6& square) {
+  weight = std::min(weight + 1, kMemory);
+  value += (square - value) / weight;
+}
+
 void Restlessness::clear() {
-  smooth_ = sudden_ = kExpected * kExpected * Matrix6::Identity();
-  weight_ = 1;
-  followed_ = false;
+  smooth_ = sudden_ = {kExpected * kExpected * Matrix6::Identity(), kExpectedFrames};
+  followed_ = 0;
 }
 
 void Restlessness::add(const Twist& conditioned_deviation) {
-  const Twist change = conditioned_deviation - last_;
-  last_ = conditioned_deviation;
-  if (std::exchange(followed_, true)) {
-    weight_ = std::min(weight_ + 1, kMemory);
-    smooth_ += (conditioned_deviation * conditioned_deviation.transpose() - smooth_) / weight_;
-    // A sudden change of velocity shows twice: when it comes, and when it does not come again.
-    sudden_ += (0.5 * change * change.transpose() - sudden_) / weight_;
+  if (followed_ > 0) smooth_.add(conditioned_deviation * conditioned_deviation.transpose());
+  if (followed_ > 1) {
+    // Of a sudden change of velocity 1, -2 and 1 times it: a sixth of the squares. Of smooth motion next to nothing.
+    const Twist bend = conditioned_deviation - 2 * last_ + before_last_;
+    sudden_.add(bend * bend.transpose() / 6);
   }
+  before_last_ = last_;
+  last_ = conditioned_deviation;
+  followed_ = std::min(followed_ + 1, 2);
 }
 
 Matrix6 Restlessness::within(double exposure) const {
   const double at_once = exposure / 8, gradually = exposure * exposure / 24;
-  return at_once * at_once * sudden_ + gradually * gradually * smooth_;
+  return at_once * at_once * sudden_.value + gradually * gradually * smooth_.value;
 }
 
 }  // namespace holdfast

@@ -1,23 +1,40 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "flow_constraints.hpp"
 #include "solver.hpp"
 
 namespace holdfast {
 
-/// Covariance of a least-squares pose from how much its tiles disagree (equation 12 of docs/math.md). Rows are not
-/// independent: neighbours share the blur, and errors of model, texture and sampling are alike over many pixels. Blocks
-/// of tiles are nearly independent, so their scores say how uncertain the sum is, whatever the rows have in common.
-///
-/// What an estimate of scores h_t needs: the sum over blocks of (h - A y)(h - A y)^T, and what single rows add. `y` is
-/// the step solved for, in the sums' conditioned coordinates.
-Matrix6 score_covariance(std::span<const float> tile_sums, const kernel::hf_rect& tiles, const Twist& conditioned_step);
+/// A tile's normal equations, conditioned as the sums are.
+struct TileEquations {
+  Matrix6 A = Matrix6::Zero();
+  Twist h = Twist::Zero();
+  /// What h gains where light was averaged as something else than the view's: that moves every edge to its darker side.
+  Twist to_dark = Twist::Zero();
+  bool informative = false;
+};
 
-/// Conditioned covariance A^-1 S A^-1 of the pose, the scores' covariance S, `prior` an independent prior's information
-/// on every conditioned unknown (above 0).
-Matrix6 pose_covariance(const Matrix6& A, const Matrix6& S, double prior_weight, double prior_deviation);
+/// Row by row of these tiles, with which the sums begin.
+void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& tiles,
+                    std::vector<TileEquations>& equations);
+
+/// Covariance of the sum of the tiles' scores h - A y (equation 12 of docs/math.md), `y` the step solved for. Rows are
+/// not independent: neighbours share the blur, and errors of model, texture and sampling are alike over many pixels. So
+/// it comes from blocks of tiles, each by how far the others alone would miss it. `A` is all tiles' and the prior's.
+Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
+                         const Matrix6& A);
+
+/// By how much less the scores change with the pose than A says: rows that fit worse also weigh less. 1 where weights
+/// do not depend on residuals, (freedom + 1) / (freedom + 3) with Student's weights on a scale that fits.
+double robust_curvature(double mean_weight, double freedom);
+
+/// Conditioned covariance of the pose, S the scores' covariance, `prior_weight` an independent prior's information on
+/// every conditioned unknown (above 0).
+Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, double prior_weight,
+                        double prior_deviation);
 
 /// Largest standard deviation, in any conditioned direction, that rows and prior leave together when `prior_weight` is
 /// the prior's information in units of A's.
@@ -32,17 +49,24 @@ class Restlessness {
   /// The object came to be so far from where constant velocity had put it.
   void add(const Twist& conditioned_deviation);
   /// It was lost meanwhile: the next deviation has none before it.
-  void interrupt() { followed_ = false; }
+  void interrupt() { followed_ = 0; }
   /// Covariance that this adds to a pose seen with this exposure, a share of the time between frames (equation 12a).
   Matrix6 within(double exposure) const;
 
  private:
-  static constexpr double kExpected = 0.05;  ///< object radii and radians, until it is known
-  static constexpr double kMemory = 50;      ///< frames
-  Matrix6 smooth_, sudden_;                  ///< mean squares of accelerations, and of changes of them, a frame
-  Twist last_ = Twist::Zero();
-  double weight_;
-  bool followed_;
+  /// Object radii and radians, until it is known, and how many frames that is worth.
+  static constexpr double kExpected = 0.05, kExpectedFrames = 0.02;
+  static constexpr double kMemory = 50;  ///< frames
+
+  /// A running mean of squares.
+  struct MeanSquare {
+    Matrix6 value;
+    double weight;
+    void add(const Matrix6& square);
+  };
+  MeanSquare smooth_, sudden_;  ///< of accelerations, and of what is not smooth in them, a frame
+  Twist last_ = Twist::Zero(), before_last_ = Twist::Zero();
+  int followed_;  ///< deviations in a row, up to 2
 };
 
 }  // namespace holdfast

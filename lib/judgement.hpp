@@ -21,6 +21,7 @@ struct Estimate {
   double correlation = 0;
   /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
   double deviation = std::numeric_limits<double>::infinity();
+  Twist last_step = Twist::Zero();       ///< conditioned, of the last sums
   Stretch stretch;                       ///< of the object beside its model; on the finest level only
   Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
 

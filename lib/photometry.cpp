@@ -14,6 +14,8 @@ constexpr double kPriorVariance = 0.05 * 0.05;
 /// How far a block's pair may be from its present value.
 constexpr double kGainDeviation = 0.1, kBiasDeviation = 0.05;
 constexpr double kLeastGain = 0.1, kMostGain = 5.0;
+/// Below this intensity a ratio of light says nothing.
+constexpr double kDarkest = 0.05;
 
 struct Moments {
   double w = 0, v = 0, i = 0, vv = 0, ii = 0, vi = 0;
@@ -42,6 +44,66 @@ const float* cell_sums(const FlowConstraints& constraints, std::size_t tile, int
   return constraints.tile_sums().data() + tile * HF_SUM_STRIDE + HF_SUM_PHOTO +
          static_cast<std::size_t>(cell * HF_CELL_SUMS);
 }
+
+using Matrix62 = Eigen::Matrix<double, 6, 2>;
+
+/// What ties a tile's pose to its light, a channel each (equation 17).
+struct TileLight {
+  std::array<Matrix62, HF_CHANNELS> B;
+  std::array<Eigen::Matrix2d, HF_CHANNELS> C;
+  std::array<Eigen::Vector2d, HF_CHANNELS> d;
+  std::array<Twist, HF_CHANNELS> to_dark;
+  bool any = false;
+
+  /// `edges`: to_dark is wanted too.
+  TileLight(const FlowConstraints& constraints, const kernel::hf_constraints& k, const ConstraintSums& sums, int column,
+            int row, bool edges) {
+    const kernel::hf_rect tiles = constraints.tiles();
+    const double variance = std::max(sums.weighted_square / sums.rows, 1e-6);
+    const double prior_gain = variance / (kGainDeviation * kGainDeviation);
+    const double prior_bias = variance / (kBiasDeviation * kBiasDeviation);
+    const Eigen::Vector3d center(k.center[0], k.center[1], k.center[2]);
+    const double radius = k.radius, fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
+    const auto tile = static_cast<std::size_t>(row * tiles.width + column);
+    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+      B[c].setZero();
+      C[c] << prior_gain, 0, 0, prior_bias;
+      d[c].setZero();
+      to_dark[c].setZero();
+    }
+    for (int cell = 0; cell < kCellsPerTile * kCellsPerTile; ++cell) {
+      const float* s = cell_sums(constraints, tile, cell);
+      if (s[HF_CELL_PIXELS] <= 0.0f) continue;
+      any = true;
+      // The 2x6 geometry at the cell's middle and mean depth (as the kernel's rows).
+      const double z = static_cast<double>(s[HF_CELL_DEPTH]) / static_cast<double>(s[HF_CELL_PIXELS]);
+      const double half = 0.5 * (HF_CELL - 1);
+      const double x = ((tiles.x + column) * HF_TILE + (cell % kCellsPerTile) * HF_CELL + half - cx) / fx;
+      const double y = ((tiles.y + row) * HF_TILE + (cell / kCellsPerTile) * HF_CELL + half - cy) / fy;
+      const Eigen::Vector3d arm = Eigen::Vector3d(x * z, y * z, z) - center;
+      const Eigen::Vector3d gu(fx / z, 0, -x * fx / z), gv(0, fy / z, -y * fy / z);
+      Matrix62 L;
+      L.col(0) << radius * gu, arm.cross(gu);
+      L.col(1) << radius * gv, arm.cross(gv);
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        const float* m = s + c * HF_PHOTO;
+        const auto value = [&](int i) { return static_cast<double>(m[i]); };
+        Eigen::Matrix2d gradients;  // columns: with V, with 1
+        gradients << value(10), value(8), value(11), value(9);
+        const Matrix62 rows = L * gradients;
+        B[c] += rows;
+        C[c](0, 0) += value(3);
+        C[c](0, 1) += value(1);
+        C[c](1, 0) += value(1);
+        C[c](1, 1) += value(0);
+        d[c] += Eigen::Vector2d(value(7), value(6));
+        if (!edges || value(0) <= 0) continue;
+        const double mean = value(1) / value(0), spread = std::max(0.0, value(3) / value(0) - mean * mean);
+        to_dark[c] += spread / std::max(mean, kDarkest) * rows.col(1);
+      }
+    }
+  }
+};
 
 }  // namespace
 
@@ -173,56 +235,33 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
                            ConstraintSums& sums) const {
   if (!eliminates(k) || sums.rows <= 0) return;
   const kernel::hf_rect tiles = constraints.tiles();
-  const double variance = std::max(sums.weighted_square / sums.rows, 1e-6);
-  const double prior_gain = variance / (kGainDeviation * kGainDeviation);
-  const double prior_bias = variance / (kBiasDeviation * kBiasDeviation);
-  const Eigen::Vector3d center(k.center[0], k.center[1], k.center[2]);
-  const double radius = k.radius, fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
-  using Matrix62 = Eigen::Matrix<double, 6, 2>;
   for (int row = 0; row < tiles.height; ++row) {
     for (int column = 0; column < tiles.width; ++column) {
-      const auto tile = static_cast<std::size_t>(row * tiles.width + column);
-      std::array<Matrix62, HF_CHANNELS> B;
-      std::array<Eigen::Matrix2d, HF_CHANNELS> C;
-      std::array<Eigen::Vector2d, HF_CHANNELS> d;
+      const TileLight light(constraints, k, sums, column, row, false);
+      if (!light.any) continue;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        B[c].setZero();
-        C[c] << prior_gain, 0, 0, prior_bias;
-        d[c].setZero();
+        const Matrix62 BC = light.B[c] * light.C[c].inverse();
+        sums.A -= BC * light.B[c].transpose();
+        sums.h -= BC * light.d[c];
       }
-      bool any = false;
-      for (int cell = 0; cell < kCellsPerTile * kCellsPerTile; ++cell) {
-        const float* s = cell_sums(constraints, tile, cell);
-        if (s[HF_CELL_PIXELS] <= 0.0f) continue;
-        any = true;
-        // The 2x6 geometry at the cell's middle and mean depth (as the kernel's rows).
-        const double z = static_cast<double>(s[HF_CELL_DEPTH]) / static_cast<double>(s[HF_CELL_PIXELS]);
-        const double half = 0.5 * (HF_CELL - 1);
-        const double x = ((tiles.x + column) * HF_TILE + (cell % kCellsPerTile) * HF_CELL + half - cx) / fx;
-        const double y = ((tiles.y + row) * HF_TILE + (cell / kCellsPerTile) * HF_CELL + half - cy) / fy;
-        const Eigen::Vector3d arm = Eigen::Vector3d(x * z, y * z, z) - center;
-        const Eigen::Vector3d gu(fx / z, 0, -x * fx / z), gv(0, fy / z, -y * fy / z);
-        Matrix62 L;
-        L.col(0) << radius * gu, arm.cross(gu);
-        L.col(1) << radius * gv, arm.cross(gv);
-        for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-          const float* m = s + c * HF_PHOTO;
-          const auto value = [&](int i) { return static_cast<double>(m[i]); };
-          Eigen::Matrix2d gradients;  // columns: with V, with 1
-          gradients << value(10), value(8), value(11), value(9);
-          B[c] += L * gradients;
-          C[c](0, 0) += value(3);
-          C[c](0, 1) += value(1);
-          C[c](1, 0) += value(1);
-          C[c](1, 1) += value(0);
-          d[c] += Eigen::Vector2d(value(7), value(6));
-        }
-      }
-      if (!any) continue;
+    }
+  }
+}
+
+void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
+                           const ConstraintSums& sums, std::span<TileEquations> equations) const {
+  if (!eliminates(k) || sums.rows <= 0) return;
+  const kernel::hf_rect tiles = constraints.tiles();
+  for (int row = 0; row < tiles.height; ++row) {
+    for (int column = 0; column < tiles.width; ++column) {
+      TileEquations& tile = equations[static_cast<std::size_t>(row * tiles.width + column)];
+      const TileLight light(constraints, k, sums, column, row, true);
+      if (!light.any || !tile.informative) continue;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        const Matrix62 BC = B[c] * C[c].inverse();
-        sums.A -= BC * B[c].transpose();
-        sums.h -= BC * d[c];
+        const Matrix62 BC = light.B[c] * light.C[c].inverse();
+        tile.A -= BC * light.B[c].transpose();
+        tile.h -= BC * light.d[c];
+        tile.to_dark += gain_[c] * light.to_dark[c];
       }
     }
   }

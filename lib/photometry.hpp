@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
+#include "covariance.hpp"
 #include "flow_constraints.hpp"
 
 namespace holdfast {
@@ -46,6 +48,9 @@ class Photometry {
   /// cells from the sums (Schur complement, equation 17 of docs/math.md), so that pose and light are solved for
   /// together. `k` as the sums were made with. No-op when not enabled.
   void eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k, ConstraintSums& sums) const;
+  /// The same for the tiles one by one, whose total `sums` is; and what moves their edges to their darker side.
+  void eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k, const ConstraintSums& sums,
+                 std::span<TileEquations> equations) const;
 
   /// Uploads the cells' pairs (whole rows of cells of these tiles).
   void enqueue_upload(int level, const kernel::hf_rect& tiles);

@@ -35,7 +35,6 @@ constexpr double kNearTurn = 0.4;
 /// so that this is 247 of 255.
 constexpr double kSaturated = 0.97;
 constexpr double kNeverSaturated = 2;
-constexpr double kFreedom = 4;  ///< of Student's t
 constexpr double kLeastScale = 0.004, kMostScale = 0.1;
 
 const Mesh& validated(const Mesh& mesh) {
@@ -87,6 +86,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
   finest_ = options.finest_level;
   shaded_ = options_.shading && has_flat_faces(mesh);
   patches_.reserve(static_cast<std::size_t>(levels_[0].cells_x()) * static_cast<std::size_t>(levels_[0].cells_y()));
+  equations_.reserve(static_cast<std::size_t>(levels_[0].tiles_x()) * static_cast<std::size_t>(levels_[0].tiles_y()));
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
   warm_up();
@@ -160,7 +160,7 @@ void Tracker::Impl::decide_all_pixels() {
 ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const auto l = static_cast<std::size_t>(level);
   D_last_ = D;
-  const kernel::hf_constraints options = enqueue_level(level, D, thinning(level));
+  const kernel::hf_constraints options = last_constraints_ = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
   if (level > finest_) first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
   if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();

@@ -28,6 +28,8 @@ struct Tracker::Impl {
   static constexpr std::size_t kMostPlaces = 3;
   /// Least side of the object on a level that is still worth comparing there, pixels.
   static constexpr double kLeastSide = 20;
+  /// Of Student's t that residuals are taken to follow.
+  static constexpr double kFreedom = 4;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
@@ -95,6 +97,10 @@ struct Tracker::Impl {
   ConstraintSums with_expectation(ConstraintSums sums, const Pose& D) const;
   /// What each of those weighs beside the rows.
   double expectation_weight(const ConstraintSums& sums) const;
+  /// How far the pose may be from there: object radii and radians, standard deviation.
+  double expectation_deviation() const;
+  /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
+  void measure_spread(Estimate& estimate);
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
@@ -136,7 +142,9 @@ struct Tracker::Impl {
   Course course_;
   /// On the finest level, as this frame's coarse ones let expect: while no frame was held.
   double first_gradient_pixels_ = 0;
-  int looked_at_every_ = 1;  ///< row of pixels, in the last sums
+  int looked_at_every_ = 1;                    ///< row of pixels, in the last sums
+  kernel::hf_constraints last_constraints_{};  ///< that those were made with
+  std::vector<TileEquations> equations_;       ///< of the tiles, in the last estimate
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;

@@ -86,8 +86,12 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   return drawn;
 }
 
+double Tracker::Impl::expectation_deviation() const {
+  return expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
+}
+
 double Tracker::Impl::expectation_weight(const ConstraintSums& sums) const {
-  const double deviation = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
+  const double deviation = expectation_deviation();
   return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / (deviation * deviation);
 }
 
@@ -105,14 +109,13 @@ ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& 
 
 Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
   Estimate estimate;
-  Twist last_step = Twist::Zero();
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
     const Solution solution = solve(with_expectation(estimate.sums, D), condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
-    last_step = solution.conditioned;
+    estimate.last_step = solution.conditioned;
     if (!solution.solved) break;
     const Pose before = D * view_.T_camera_object();
     const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
@@ -124,17 +127,27 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
   if (level == finest_ && estimate.solved) {
-    const double expected = expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
     const double weight = expectation_weight(estimate.sums);
-    estimate.deviation = posterior_deviation(estimate.sums.A, weight, expected);
-    const Matrix6 S = score_covariance(constraints_.tile_sums(), constraints_.tiles(), last_step);
-    estimate.stretch = observed_stretch(constraints_, levels_[static_cast<std::size_t>(level)].camera,
-                                        view_.T_camera_object(), condition, last_step);
-    estimate.covariance = pose_covariance(estimate.sums.A, S, weight, expected);
-    if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(look_.exposure);
+    estimate.deviation = posterior_deviation(estimate.sums.A, weight, expectation_deviation());
   }
   estimate.score = score_of(estimate);
   return estimate;
+}
+
+void Tracker::Impl::measure_spread(Estimate& estimate) {
+  const ConstraintSums& sums = estimate.sums;
+  const Camera& level_camera = levels_[static_cast<std::size_t>(finest_drawn_)].camera;
+  estimate.stretch =
+      observed_stretch(constraints_, level_camera, view_.T_camera_object(), conditioning(), estimate.last_step);
+  tile_equations(constraints_.tile_sums(), constraints_.tiles(), equations_);
+  if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums, equations_);
+  const double weight = expectation_weight(sums);
+  const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step,
+                                     sums.A + weight * Matrix6::Identity());
+  const double curvature =
+      options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
+  estimate.covariance = pose_covariance(sums.A, curvature, S, weight, expectation_deviation());
+  if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(look_.exposure);
 }
 
 Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
@@ -149,7 +162,9 @@ Estimate Tracker::Impl::track_once(const Pose& T_predicted) {
   const Stopwatch watch(times_.solve);
   photometry_.start_level(0, view_.planes(0).tiles);
   Pose D = Pose::Identity();
-  return iterate(0, D, 1);
+  estimate = iterate(0, D, 1);
+  if (estimate.solved) measure_spread(estimate);
+  return estimate;
 }
 
 Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coarsest, int finest) {
@@ -206,6 +221,7 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
     }
     if (corner_motion(T_drawn, estimate.T_camera_object) < kRedrawPixels * (1 << finest)) break;
   }
+  measure_spread(estimate);
   return estimate;
 }
 
