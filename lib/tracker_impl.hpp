@@ -69,8 +69,8 @@ struct Tracker::Impl {
   Estimate coarsely_settled(const Pose& T_start, int coarsest, int finest);
   /// Tilted the other way, as which a flat object far away looks nearly the same; none where that is no other pose.
   std::optional<Pose> mirrored(const Pose& T_camera_object);
-  /// What is found, or the same tilted the other way, whichever fits better.
-  Estimate better_of_tilts(const Estimate& found, int coarsest, int coarse_finest);
+  /// What is found, or what it may have been taken for, whichever fits better.
+  Estimate best_of_rivals(const Estimate& found, int closer, int coarsest, int coarse_finest);
   /// Leaves the best different ones.
   void keep_best(std::vector<Place>& places, std::size_t count, int level) const;
   /// Pixels of the frame that the object's bounding sphere was wide when it was last seen.

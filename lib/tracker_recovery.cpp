@@ -21,6 +21,10 @@ constexpr std::array<double, 2> kTurns = {0.2, 0.1}, kStretches = {0.1, 0.05};
 constexpr double kNearest = 0.6, kFarthest = 1.7;
 /// Pixels that a closer look may move a place by, and one from the last frame.
 constexpr int kCloserReach = 4, kTurnedReach = 2, kLastReach = 10;
+/// What is found is compared with itself turned by these about the picture's axes, radians, so many of which go through
+/// all stages; and with its mirror image.
+constexpr std::array<double, 4> kRivalTurns = {-0.8, -0.45, 0.45, 0.8};
+constexpr std::size_t kRivals = 3;
 /// Tilted by less than this, radians, it is nearly its own mirror image.
 constexpr double kLeastTilt = 0.05;
 /// Views that a start is looked at in on coarse levels, at most.
@@ -150,13 +154,30 @@ std::optional<Pose> Tracker::Impl::mirrored(const Pose& T_camera_object) {
   return turned(T_camera_object, axis.normalized(), 2 * tilt);
 }
 
-Estimate Tracker::Impl::better_of_tilts(const Estimate& found, int coarsest, int coarse_finest) {
-  const std::optional<Pose> T_mirrored = mirrored(found.T_camera_object);
-  if (!T_mirrored) return found;
-  const Estimate start = coarsely_settled(*T_mirrored, coarsest, coarse_finest);
-  if (start.score < kHopelessScore * look_.usual_score) return found;
-  const Estimate rival = settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, finest_), -1));
-  return rival.score > found.score ? rival : found;
+Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int coarsest, int coarse_finest) {
+  Estimate best = found;
+  const double surviving_share = std::exchange(look_.surviving_share, 0.0);
+  const bool moved = std::exchange(moved_, false);
+  search_.enqueue_gradients(image_, closer);
+  places_.clear();
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const double turn : kRivalTurns) {
+      const Pose T_rival = turned(found.T_camera_object, Eigen::Vector3d::Unit(axis), turn);
+      places_.push_back(turned_to_fit(looked_at(T_rival, closer, kTurnedReach), closer));
+    }
+  }
+  keep_best(places_, kRivals, closer);
+  look_.surviving_share = surviving_share;
+  moved_ = moved;
+  if (const std::optional<Pose> T_mirrored = mirrored(found.T_camera_object)) places_.push_back({*T_mirrored, 0});
+  search_.enqueue_gradients(image_, coarsest);
+  for (const Place& place : places_) {
+    const Estimate start = coarsely_settled(place.T_camera_object, coarsest, coarse_finest);
+    if (start.score < kHopelessScore * look_.usual_score) continue;
+    const Estimate rival = settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, finest_), -1));
+    if (rival.score > best.score) best = rival;
+  }
+  return best;
 }
 
 Estimate Tracker::Impl::found_anywhere(const Rect& region) {
@@ -213,7 +234,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
     if (estimate.score > best.score) best = estimate;
     if (is_good(best)) break;
   }
-  if (is_probable(best)) best = better_of_tilts(best, coarsest, coarse_finest);
+  if (is_probable(best)) best = best_of_rivals(best, closer, coarsest, coarse_finest);
   expected_deviation_ = expected_deviation;
   return best;
 }
