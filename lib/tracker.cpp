@@ -246,7 +246,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       } else {
         // The first frame's coarse stage goes as far as it can: a view at full resolution then is drawn only once.
         const bool first = course_.gradient_pixels <= 0;
-        const int coarse_finest = first ? std::min(coarsest, finest_ + 1) : std::max(coarsest - 1, finest_);
+        const int coarse_finest = std::max(first ? std::min(coarsest - 1, finest_ + 1) : coarsest - 1, finest_);
         const bool coarse = coarsest > finest_;
         const auto as_usual = [&](const Estimate& estimate) {
           return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();
