@@ -87,9 +87,6 @@ typedef int4 pixel_mask;
 #define CHANNEL_3(v) (v).s37bf
 #define LOAD_LANE(p) (((__global const packed_float4*)(p))->v)
 #define STORE_LANE(x, p) (((__global packed_float4*)(p))->v = (x))
-#define PIXEL_INDEX ((int4)(0, 1, 2, 3))
-#define STORE_STATE(v, p) vstore4(convert_uchar4(v), 0, (p))
-#define NO_PIXEL(mask) (!any(mask))
 #define LOAD_PIXEL_BYTES(p) LOAD_BYTES(p)
 #define CONVERT_PIXELS(v) convert_float16(v)
 #define INTERLEAVED(a, b, c, d)                                                                                      \
@@ -104,9 +101,6 @@ typedef int pixel_mask;
 #define CHANNEL_3(v) (v).w
 #define LOAD_LANE(p) (*(p))
 #define STORE_LANE(v, p) (*(p) = (v))
-#define PIXEL_INDEX 0
-#define STORE_STATE(v, p) (*(p) = (uchar)(v))
-#define NO_PIXEL(mask) (!(mask))
 #define LOAD_PIXEL_BYTES(p) vload4(0, (p))
 #define CONVERT_PIXELS(v) convert_float4(v)
 #define INTERLEAVED(a, b, c, d) ((float4)((a), (b), (c), (d)))

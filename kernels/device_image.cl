@@ -47,11 +47,12 @@ float2 distorted_position(hf_frame f, int x, int y) {
   return (float2)(f.fx * da + f.cx, f.fy * db + f.cy);
 }
 
-/* Formats whose pixels are taken one by one. */
+/* What takes a row's pixels several at once starts at column x and returns the column that it got to; `out` is that of
+   x. Formats whose pixels are taken one by one stay where they are. */
 INLINE int one_by_one(__global const uchar* frame, hf_frame f, int x, int y, int end, __global float* out) { return x; }
 
-/* Four pixels side by side that start at `p`, of formats with bytes for each; `enough` columns must be left, so that no
-   byte behind the frame is read. */
+/* Formats of BYTES bytes a pixel: four pixels out of the sixteen bytes at p, as long as ENOUGH columns are left, so
+   that no byte behind the frame is read. */
 #if HF_STRIPS
 #define BGR8_PIXELS(p) LOAD_BYTES(p).s210054308760ba90
 #define RGB8_PIXELS(p) LOAD_BYTES(p).s0120345067809ab0

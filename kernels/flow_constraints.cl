@@ -245,7 +245,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
     jv[3] = fma(ay, v2, -(az * v1));
     jv[4] = -(ax * v2);
     jv[5] = ax * v1;
-    /* The rows of ju[1] and jv[0] are nought: what they would add is left out. */
+    /* ju[1] and jv[0] are nought: what they would add is left out. */
     lane_float bu[6], bv[6];
     bu[0] = g11 * ju[0];
     bv[0] = g12 * ju[0];

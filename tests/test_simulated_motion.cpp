@@ -31,13 +31,19 @@ std::vector<double> corner_speeds(const Sequence& sequence, const Mesh& mesh) {
   return speeds;
 }
 
-TEST_CASE("Corners move as fast as asked for, and the object stays in view between the distances") {
-  const Mesh box = textured_box();
+// The camera, length and distances of the paper's experiments.
+SequenceOptions at_paper_distances() {
   SequenceOptions options;
   options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
   options.frames = 300;
   options.motion.nearest = 0.6;
   options.motion.farthest = 1.2;
+  return options;
+}
+
+TEST_CASE("Corners move as fast as asked for, and the object stays in view between the distances") {
+  const Mesh box = textured_box();
+  SequenceOptions options = at_paper_distances();
   for (const MotionStyle style : {MotionStyle::smooth, MotionStyle::sharp}) {
     for (const double speed : {1.5, 6.0, 12.0}) {
       for (const std::uint64_t seed : {1, 2, 3}) {
@@ -81,12 +87,8 @@ TEST_CASE("Corners move as fast as asked for, and the object stays in view betwe
 
 TEST_CASE("Eased motion starts at rest, turns at rest, and gains speed evenly in between") {
   const Mesh box = textured_box();
-  SequenceOptions options;
-  options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
-  options.frames = 300;
+  SequenceOptions options = at_paper_distances();
   options.motion.style = MotionStyle::sharp;
-  options.motion.nearest = 0.6;
-  options.motion.farthest = 1.2;
   options.motion.speed = 6;
   options.motion.ease = 10;
   for (const std::uint64_t seed : {1, 2, 3}) {
@@ -124,13 +126,9 @@ TEST_CASE("Smooth motion has no corners: its acceleration is small beside its sp
 
 TEST_CASE("The cube covers most of the object near the end, then leaves") {
   const Mesh box = textured_box();
-  SequenceOptions options;
-  options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
-  options.frames = 300;
+  SequenceOptions options = at_paper_distances();
   options.motion.style = MotionStyle::sharp;
   options.motion.speed = 6;
-  options.motion.nearest = 0.6;
-  options.motion.farthest = 1.2;
   OccluderOptions cube;
   cube.kind = OccluderKind::cube;
   options.occluders = {cube};
