@@ -209,6 +209,9 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--shading,!--no-shading", [](O& o) -> bool& { return o.shading; },
       "Draw the view as the light falls on it, learnt from the frames");
   add(
+      app, "--light-texels,!--no-light-texels", [](O& o) -> bool& { return o.light_texels; },
+      "Average texels as light where the frames show that a camera did; otherwise as encoded values");
+  add(
       app, "--mean-gradient,!--no-mean-gradient", [](O& o) -> bool& { return o.mean_gradient; },
       "Rows from the mean of rendered and frame gradients");
   add(

@@ -26,6 +26,7 @@ TrackerOptions TrackerOptions::paper() {
   options.robust_weights = false;
   options.photometric = false;
   options.shading = false;
+  options.light_texels = false;
   options.mean_gradient = false;
   options.correlation_search = false;
   options.motion_blur = false;

@@ -5,14 +5,17 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "closed_surface.hpp"
 #include "drawn_levels.hpp"
 #include "embedded_text.hpp"
+#include "enlarged_texture.hpp"
 #include "gl_context.hpp"
 #include "holdfast/error.hpp"
+#include "light_levels.hpp"
 #include "texture_levels.hpp"
 
 namespace holdfast {
@@ -37,8 +40,10 @@ struct Geometry {
 };
 
 struct MaterialState {
-  GLuint texture = 0;  ///< 0: none
+  GLuint texture = 0;        ///< 0: none
+  GLuint light_texture = 0;  ///< averaged as light; 0: none
   bool repeat = false;
+  double density = 0;  ///< of texture coordinates on the surface, a square metre
 };
 
 constexpr int kSmallestClass = 64;  // pixels
@@ -111,6 +116,8 @@ struct Renderer::Impl {
   Program link(const std::string& variant) const;
   GLuint upload_geometry(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices) const;
   void upload_texture(std::size_t material, const Texture& texture);
+  /// Into `name`, which is made if it is 0.
+  void upload_levels(GLuint& name, const Texture& base, const std::vector<Texture>& levels, bool repeat) const;
   void bind_framebuffer(int width, int height);
   void read(int width, int height, int stride, const RenderTarget& target) const;
   void check_drawing();
@@ -130,9 +137,12 @@ struct Renderer::Impl {
   std::vector<MaterialState> materials;
   bool has_texture_coordinates = false;
   bool has_colors = false;
-  bool is_closed = false;       ///< backs of triangles are never seen
-  double deviation_pixels = 0;  ///< that a coarser level may cost
-  bool lit = false;             ///< shading is going to be set
+  bool is_closed = false;                 ///< backs of triangles are never seen
+  double deviation_pixels = 0;            ///< that a coarser level may cost
+  bool lit = false;                       ///< shading is going to be set
+  bool light_texels = false;              ///< are what is drawn
+  std::optional<LightEncoding> encoding;  ///< of light texels, where they are going to be asked for
+  double texel_length = 0;                ///< metres that texels may be long where light is interpolated between them
   Eigen::Vector3d center;
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
   Eigen::Vector3d half_extent;
@@ -195,9 +205,14 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
     geometries.push_back({upload_geometry(level.vertices, level.indices), level.batches, level.deviation});
   }
   materials.resize(mesh.materials.size());
+  if (options.light_texels) encoding.emplace();
+  // Half a pixel where the object is as large as it is drawn in full.
+  texel_length = half_extent.norm() / std::max(max_width, max_height);
   const std::vector<bool> repeat = repeating_materials(mesh);
+  const std::vector<double> density = texture_densities(mesh);
   for (std::size_t i = 0; i < materials.size(); ++i) {
     materials[i].repeat = repeat[i];
+    materials[i].density = density[i];
     if (has_texture_coordinates) {
       upload_texture(i, mesh.materials[i].texture);
     }
@@ -274,7 +289,8 @@ void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture
   MaterialState& state = materials[material];
   if (texture.empty()) {
     gl.delete_textures(1, &state.texture);
-    state.texture = 0;
+    gl.delete_textures(1, &state.light_texture);
+    state.texture = state.light_texture = 0;
     return;
   }
   if (texture.width > max_texture_size || texture.height > max_texture_size) {
@@ -282,12 +298,24 @@ void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture
                                size_text(texture.width, texture.height) + " pixels, OSMesa takes at most " +
                                std::to_string(max_texture_size) + "; make it smaller");
   }
-  const std::vector<Texture> levels = texture_levels(texture);
-  if (state.texture == 0) {
-    gl.gen_textures(1, &state.texture);
+  upload_levels(state.texture, texture, texture_levels(texture), state.repeat);
+  if (encoding) {
+    const int times = enlargement(texture, state.density, texel_length, max_texture_size);
+    const Texture base = times > 1 ? enlarged(texture, times, state.repeat, *encoding) : Texture{};
+    const Texture& finest = times > 1 ? base : texture;
+    upload_levels(state.light_texture, finest, light_levels(finest, state.repeat, *encoding), state.repeat);
   }
-  gl.bind_texture(GL_TEXTURE_2D, state.texture);
-  const GLint wrap = state.repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+  if (gl.get_error() != GL_NO_ERROR) {
+    fail(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) + " (" +
+                               size_text(texture.width, texture.height) + " pixels); make it smaller");
+  }
+}
+
+void Renderer::Impl::upload_levels(GLuint& name, const Texture& base, const std::vector<Texture>& levels,
+                                   bool repeat) const {
+  if (name == 0) gl.gen_textures(1, &name);
+  gl.bind_texture(GL_TEXTURE_2D, name);
+  const GLint wrap = repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
   gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, wrap);
   gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, wrap);
   gl.texture_parameter(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -297,13 +325,9 @@ void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture
     gl.texture_image_2d(GL_TEXTURE_2D, level, GL_RGBA8, image.width, image.height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
                         image.rgba.data());
   };
-  upload(0, texture);
+  upload(0, base);
   for (std::size_t i = 0; i < levels.size(); ++i) {
     upload(static_cast<GLint>(i) + 1, levels[i]);
-  }
-  if (gl.get_error() != GL_NO_ERROR) {
-    fail(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) + " (" +
-                               size_text(texture.width, texture.height) + " pixels); make it smaller");
   }
 }
 
@@ -390,6 +414,11 @@ void Renderer::Impl::warm_up() {
            {rgba.data(), depth.data(), kSmallestClass});
   };
   draw();
+  if (encoding) {
+    light_texels = !light_texels;
+    draw();
+    light_texels = !light_texels;
+  }
   if (!lit) return;
   const Eigen::Vector3f before = std::exchange(shading, Eigen::Vector3f(0, 0, -0.5F));
   draw();
@@ -459,7 +488,8 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
       gl.uniform3(program.shading, 1, shading.data());
     }
     if (look == Appearance::textured) {
-      gl.bind_texture(GL_TEXTURE_2D, materials[batch.material].texture);
+      const MaterialState& material = materials[batch.material];
+      gl.bind_texture(GL_TEXTURE_2D, light_texels ? material.light_texture : material.texture);
     }
     gl.draw_elements(GL_TRIANGLES, batch.index_count, GL_UNSIGNED_INT,
                      reinterpret_cast<const void*>(batch.first_index * sizeof(std::uint32_t)));
@@ -513,6 +543,13 @@ void Renderer::set_shading(const Eigen::Vector3d& shading) {
     fail(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
   }
   impl_->shading = shading.cast<float>();
+}
+
+void Renderer::set_light_texels(bool light) {
+  if (light && !impl_->encoding) {
+    fail(ErrorCode::invalid_argument, "light texels are asked for, but the option light_texels was not given");
+  }
+  impl_->light_texels = light;
 }
 
 std::string Renderer::description() const { return impl_->description; }

@@ -75,7 +75,8 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma),
       view_(device.impl(), validated(mesh), camera, levels_, filter_,
-            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh)}),
+            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh),
+             options.light_texels}),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
@@ -85,6 +86,8 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
   shaded_ = options_.shading && has_flat_faces(mesh);
+  textured_ = std::any_of(mesh.materials.begin(), mesh.materials.end(),
+                          [](const Material& material) { return !material.texture.empty(); });
   patches_.reserve(static_cast<std::size_t>(levels_[0].cells_x()) * static_cast<std::size_t>(levels_[0].cells_y()));
   equations_.reserve(static_cast<std::size_t>(levels_[0].tiles_x()) * static_cast<std::size_t>(levels_[0].tiles_y()));
   places_.reserve(kAppearancesAFrame + kMostPlaces);
@@ -208,6 +211,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
   }
   best = estimate;
   if (options_.motion_blur) measure_exposure(best);
+  measure_texels(best);
   remember_score(best);
   return true;
 }
@@ -312,7 +316,10 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           if (elsewhere) best = found_there;
         }
         if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
-        if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
+        if (moved_ && is_good(best)) {
+          if (options_.motion_blur) measure_exposure(best);
+          measure_texels(best);
+        }
         if (is_good(best)) {
           if (coarse && !elsewhere) look_.usual_score += kScoreMemory * (starts[0].score - look_.usual_score);
           remember_score(best);
@@ -533,6 +540,7 @@ RenderedView Tracker::rendered_view() const {
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);
   impl.view_.renderer().set_shading(Eigen::Vector3d::Zero());
+  impl.view_.renderer().set_light_texels(false);
   const DepthRange range =
       impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
                                    {view.rgba.data(), view.depth.data(), 0});
@@ -547,6 +555,7 @@ RenderedView Tracker::rendered_view() const {
 
 void Tracker::set_texture(std::size_t material, const Texture& texture) {
   impl_->view_.renderer().set_texture(material, texture);
+  impl_->textured_ = impl_->textured_ || !texture.empty();
 }
 
 const Camera& Tracker::camera() const { return impl_->camera_; }

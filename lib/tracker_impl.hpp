@@ -79,6 +79,8 @@ struct Tracker::Impl {
   Estimate fit(const Pose& T_camera_object, double exposure, bool light);
   /// Measures how long the shutter is open where motion lets it be seen.
   void measure_exposure(const Estimate& estimate);
+  /// Measures, now and then, whether the frame's renderer or camera has averaged texels as light.
+  void measure_texels(const Estimate& estimate);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.
@@ -138,6 +140,7 @@ struct Tracker::Impl {
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
   std::vector<LitPatch> patches_;            ///< of the last frame held
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
+  bool textured_ = false;
   Look look_;
   Course course_;
   /// On the finest level, as this frame's coarse ones let expect: while no frame was held.

@@ -29,6 +29,10 @@ struct Look {
   int exposure_settled = 0;    ///< how often measuring it has changed nothing
   int fast_frames = 0;         ///< since it was measured
   Shading shading;
+  bool light_texels = true;   ///< texels are averaged as light, not as encoded values
+  double light_evidence = 0;  ///< for that: log of how much more the others leave over, running mean
+  int light_measured = 0;     ///< of how many measurements
+  int unmeasured_frames = 0;  ///< held since the last
 
   /// Of the fine stage, to live up to.
   double expected_score() const { return usual_fine_score > 0 ? usual_fine_score : kOrdinaryScore; }

@@ -32,6 +32,7 @@ struct RendererOptions {
   /// pixels (root of the mean square where it is worst); 0: with all of them.
   double deviation_pixels = 0;
   bool lit = false;  ///< set_shading() is going to be used: shaders for it are made at once, not at its first use
+  bool light_texels = false;  ///< set_light_texels() is going to be used: textures for it are made too
 };
 
 /// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
@@ -63,6 +64,11 @@ class HOLDFAST_EXPORT Renderer {
   /// (1 + shading . n) / (1 + |shading|) times as bright as its texture, from now on. Shorter than 1; zero, as at
   /// first: as bright as its texture.
   void set_shading(const Eigen::Vector3d& shading);
+
+  /// Whether texels are averaged and interpolated as the light that they stand for (sRGB), as a camera does it, from
+  /// now on; otherwise, and at first, as their encoded values, as many a renderer does it. Edges between bright and
+  /// dark texels lie elsewhere then. Throws Error(invalid_argument) when the option light_texels was not given.
+  void set_light_texels(bool light);
 
   /// GL_RENDERER, GL_VERSION of the context, for reports.
   std::string description() const;
