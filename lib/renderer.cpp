@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <future>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -44,6 +45,12 @@ struct MaterialState {
   GLuint light_texture = 0;  ///< averaged as light; 0: none
   bool repeat = false;
   double density = 0;  ///< of texture coordinates on the surface, a square metre
+};
+
+/// A material's texture averaged as light.
+struct LightTexture {
+  Texture enlarged;  ///< empty: the texture as it is
+  std::vector<Texture> levels;
 };
 
 constexpr int kSmallestClass = 64;  // pixels
@@ -115,7 +122,8 @@ struct Renderer::Impl {
   GLuint compile(GLenum kind, const char* file, const std::string& variant) const;
   Program link(const std::string& variant) const;
   GLuint upload_geometry(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices) const;
-  void upload_texture(std::size_t material, const Texture& texture);
+  LightTexture light_texture(std::size_t material, const Texture& texture) const;
+  void upload_texture(std::size_t material, const Texture& texture, const LightTexture& light);
   /// Into `name`, which is made if it is 0.
   void upload_levels(GLuint& name, const Texture& base, const std::vector<Texture>& levels, bool repeat) const;
   void bind_framebuffer(int width, int height);
@@ -183,6 +191,26 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   heights = size_classes(max_height);
   framebuffers.resize(widths.size() * heights.size());
 
+  const Eigen::AlignedBox3d box = bounding_box(mesh);
+  center = box.center();
+  half_extent = box.sizes() / 2;
+  materials.resize(mesh.materials.size());
+  const std::vector<bool> repeat = repeating_materials(mesh);
+  const std::vector<double> density = texture_densities(mesh);
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    materials[i].repeat = repeat[i];
+    materials[i].density = density[i];
+  }
+  if (options.light_texels) encoding.emplace();
+  // Half a pixel where the object is as large as it is drawn in full.
+  texel_length = half_extent.norm() / std::max(max_width, max_height);
+  // While shaders are compiled and the mesh is simplified.
+  std::future<std::vector<LightTexture>> light_textures = std::async(std::launch::async, [this, &mesh] {
+    std::vector<LightTexture> made(materials.size());
+    for (std::size_t i = 0; i < made.size(); ++i) made[i] = light_texture(i, mesh.materials[i].texture);
+    return made;
+  });
+
   const std::string textured = options.texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED";
   const auto link_all = [&](const std::string& light) {
     return std::array{link(textured + light), link("VERTEX_COLORED" + light), link("UNKNOWN" + light)};
@@ -198,24 +226,12 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   gl.clear_depth(1);
   check_drawing();
 
-  const Eigen::AlignedBox3d box = bounding_box(mesh);
-  center = box.center();
-  half_extent = box.sizes() / 2;
   for (const DrawnLevel& level : drawn_levels(mesh, center, deviation_pixels > 0)) {
     geometries.push_back({upload_geometry(level.vertices, level.indices), level.batches, level.deviation});
   }
-  materials.resize(mesh.materials.size());
-  if (options.light_texels) encoding.emplace();
-  // Half a pixel where the object is as large as it is drawn in full.
-  texel_length = half_extent.norm() / std::max(max_width, max_height);
-  const std::vector<bool> repeat = repeating_materials(mesh);
-  const std::vector<double> density = texture_densities(mesh);
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    materials[i].repeat = repeat[i];
-    materials[i].density = density[i];
-    if (has_texture_coordinates) {
-      upload_texture(i, mesh.materials[i].texture);
-    }
+  const std::vector<LightTexture> light = light_textures.get();
+  for (std::size_t i = 0; has_texture_coordinates && i < materials.size(); ++i) {
+    upload_texture(i, mesh.materials[i].texture, light[i]);
   }
   check_errors("uploading the model");
 }
@@ -285,7 +301,17 @@ GLuint Renderer::Impl::upload_geometry(const std::vector<Vertex>& vertices,
   return array;
 }
 
-void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture) {
+LightTexture Renderer::Impl::light_texture(std::size_t material, const Texture& texture) const {
+  if (!encoding || !has_texture_coordinates || texture.empty()) return {};
+  const MaterialState& state = materials[material];
+  const int times = enlargement(texture, state.density, texel_length, max_texture_size);
+  LightTexture light;
+  if (times > 1) light.enlarged = enlarged(texture, times, state.repeat, *encoding);
+  light.levels = light_levels(times > 1 ? light.enlarged : texture, state.repeat, *encoding);
+  return light;
+}
+
+void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture, const LightTexture& light) {
   MaterialState& state = materials[material];
   if (texture.empty()) {
     gl.delete_textures(1, &state.texture);
@@ -300,10 +326,7 @@ void Renderer::Impl::upload_texture(std::size_t material, const Texture& texture
   }
   upload_levels(state.texture, texture, texture_levels(texture), state.repeat);
   if (encoding) {
-    const int times = enlargement(texture, state.density, texel_length, max_texture_size);
-    const Texture base = times > 1 ? enlarged(texture, times, state.repeat, *encoding) : Texture{};
-    const Texture& finest = times > 1 ? base : texture;
-    upload_levels(state.light_texture, finest, light_levels(finest, state.repeat, *encoding), state.repeat);
+    upload_levels(state.light_texture, light.enlarged.empty() ? texture : light.enlarged, light.levels, state.repeat);
   }
   if (gl.get_error() != GL_NO_ERROR) {
     fail(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) + " (" +
@@ -517,7 +540,7 @@ void Renderer::Impl::set_texture(std::size_t material, const Texture& texture) {
   }
   {
     const CurrentGlContext current(*context);
-    upload_texture(material, texture);
+    upload_texture(material, texture, light_texture(material, texture));
   }
   warm_up();
 }
