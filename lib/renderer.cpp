@@ -204,8 +204,9 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   if (options.light_texels) encoding.emplace();
   // Half a pixel where the object is as large as it is drawn in full.
   texel_length = half_extent.norm() / std::max(max_width, max_height);
-  // While shaders are compiled and the mesh is simplified.
-  std::future<std::vector<LightTexture>> light_textures = std::async(std::launch::async, [this, &mesh] {
+  // While shaders are compiled and the mesh is simplified; a thread only where there is something to make.
+  const std::launch when = encoding ? std::launch::async : std::launch::deferred;
+  std::future<std::vector<LightTexture>> light_textures = std::async(when, [this, &mesh] {
     std::vector<LightTexture> made(materials.size());
     for (std::size_t i = 0; i < made.size(); ++i) made[i] = light_texture(i, mesh.materials[i].texture);
     return made;
