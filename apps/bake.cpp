@@ -20,6 +20,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "holdfast/tracker.hpp"
+#include "idle_options.hpp"
 #include "messages.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
@@ -58,6 +59,7 @@ struct BakeCommand {
   std::int64_t start = 0;
   std::optional<std::int64_t> stop;
   baking::CompletionOptions options;
+  bool padding_given = false;
   bool quiet = false;
 
   void add_to(CLI::App& command);
@@ -65,6 +67,7 @@ struct BakeCommand {
 
  private:
   void check_arguments() const;
+  Mesh load_mesh() const;
   BakeReport bake_tracked() const;
   BakeReport bake_posed() const;
   void print(const BakeReport& report) const;
@@ -146,6 +149,16 @@ void BakeCommand::check_arguments() const {
   require_writable(out);
 }
 
+Mesh BakeCommand::load_mesh() const {
+  Mesh mesh = model.load();
+  if (padding_given && !options.textures.unwrap && !mesh.texture_coordinates.empty()) {
+    throw Error(ErrorCode::invalid_argument,
+                "--padding has no effect on the texture coordinates that the model has: add --unwrap for new ones, or "
+                "leave --padding out");
+  }
+  return mesh;
+}
+
 ImageView view_of(const cv::Mat& image) {
   return {image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
 }
@@ -157,7 +170,7 @@ BakeReport BakeCommand::bake_tracked() const {
   source_options.stop = stop;
   FrameSource source(inputs.front(), source_options);
   const Camera calibrated = camera.load(source.size().width, source.size().height);
-  const Mesh mesh = model.load();
+  const Mesh mesh = load_mesh();
   const Pose T_camera_object = init.load();
   warn_about_units(mesh, T_camera_object, calibrated);
   const TrackerOptions tracker_options = tracker.options();
@@ -272,7 +285,7 @@ BakeReport BakeCommand::bake_posed() const {
   source_options.stop = stop;
   PosedFrames frames(inputs, poses, source_options);
   const Camera calibrated = camera.load(frames.size().width, frames.size().height);
-  const Mesh mesh = model.load();
+  const Mesh mesh = load_mesh();
   BakeReport report;
   std::optional<baking::TextureBaker> baker;
   Progress progress(quiet ? nullptr : stderr, frames.count());
@@ -346,7 +359,12 @@ void add_bake_command(CLI::App& app, int& exit_code) {
       app.add_subcommand("bake", "Give a model the texture that a video or frames with poses show of it");
   const auto bake = std::make_shared<BakeCommand>();
   bake->add_to(*command);
-  command->callback([bake, &exit_code] { exit_code = bake->run(); });
+  command->callback([command, bake, &exit_code] {
+    refuse_beside(*command, {"--start", "--stop"}, bake->inputs.size() > 1, "several inputs");
+    refuse_beside(*command, {"Tracker"}, !bake->poses.empty(), "--poses, which tracks nothing");
+    bake->padding_given = is_given(*command, "--padding");
+    exit_code = bake->run();
+  });
 }
 
 }  // namespace holdfast

@@ -47,6 +47,28 @@ std::string with_flag(const std::string& message) {
   return "--" + flag + rest;
 }
 
+/// One view and one solution a frame have no use for these.
+void require_effect_in_paper_mode(const TrackerOptions& options) {
+  const TrackerOptions paper = TrackerOptions::paper();
+  const auto require_same = [](auto given, auto own, const char* flag) {
+    if (given != own) {
+      throw Error(ErrorCode::invalid_argument, std::string(flag) +
+                                                   " has no effect beside --mode paper, which draws one "
+                                                   "view and solves once a frame: leave one of them out");
+    }
+  };
+  require_same(options.levels, paper.levels, "--levels");
+  require_same(options.finest_level, paper.finest_level, "--finest-level");
+  require_same(options.most_pixels, paper.most_pixels, "--most-pixels");
+  require_same(options.enough_pixels, paper.enough_pixels, "--enough-pixels");
+  require_same(options.iterations, paper.iterations, "--iterations");
+  require_same(options.correlation_search, paper.correlation_search, "--correlation-search");
+  require_same(options.search_radius, paper.search_radius, "--search-radius");
+  require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
+  require_same(options.challenge, paper.challenge, "--challenge");
+  require_same(options.recovery, paper.recovery, "--recovery");
+}
+
 }  // namespace
 
 void ModelArguments::add_to(CLI::App& app, bool required) {
@@ -251,6 +273,9 @@ TrackerOptions TrackerArguments::options() const {
     options.validate();
   } catch (const Error& error) {
     throw Error(error.code(), with_flag(error.what()));
+  }
+  if (options.mode == Mode::paper) {
+    require_effect_in_paper_mode(options);
   }
   return options;
 }

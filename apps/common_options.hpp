@@ -65,7 +65,7 @@ class TrackerArguments {
   TrackerArguments& operator=(const TrackerArguments&) = delete;
 
   void add_to(CLI::App& app);
-  /// Throws Error(invalid_argument) naming what is out of range.
+  /// Throws Error(invalid_argument) naming what is out of range, or has no effect in paper mode.
   TrackerOptions options() const;
 
  private:

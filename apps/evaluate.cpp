@@ -26,6 +26,7 @@
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "idle_options.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -69,6 +70,7 @@ struct EvaluateArguments {
   DeviceArguments device;
 
   void add_to(CLI::App& app);
+  void refuse_idle_options(const CLI::App& app) const;
   bool rbot() const { return protocol == kRbot; }
   bool wrong_starts() const { return protocol == kStarts; }
   bool needs_model_distances() const { return details || !json.empty() || !plots.empty(); }
@@ -183,6 +185,23 @@ void EvaluateArguments::add_to(CLI::App& app) {
   device.add_to(app);
 }
 
+void EvaluateArguments::refuse_idle_options(const CLI::App& app) const {
+  refuse_without(app, {"--camera", "--within"}, !marks.empty(), "--marks");
+  refuse_beside(app,
+                {"folders", "--model", "--model-scale", "--bop-object", "--min-visible", "--truth", "--partial",
+                 "--csv", "--json", "--plots", "--details"},
+                !marks.empty(), "--marks");
+  refuse_without(app, {"--truth", "--partial"}, !poses.empty(), "--poses");
+  refuse_beside(app,
+                {"--protocol", "--step", "--show-start-frame", "--starts", "--start-error", "--start-frames",
+                 "--start-seed", "--pictures", "Tracker"},
+                !poses.empty(), "--poses, which tracks nothing");
+  refuse_without(app, {"--show-start-frame"}, rbot(), "--protocol rbot");
+  refuse_without(app, {"--starts", "--start-error", "--start-frames", "--start-seed"}, wrong_starts(),
+                 "--protocol starts");
+  refuse_beside(app, {"--step"}, wrong_starts(), "--protocol starts, which shows every frame");
+}
+
 /// Long runs must not end at a file that cannot be written.
 void require_writable(const fs::path& path) {
   if (!path.empty() && !std::ofstream(path, std::ios::app)) {
@@ -281,6 +300,16 @@ fs::path model_of(const Sequence& sequence, const ModelChoice& models) {
   return sequence.model;
 }
 
+void require_visible_shares(const EvaluateArguments& arguments, const Sequence& sequence) {
+  if (arguments.minimum_visible > 0 && sequence.visible.empty()) {
+    throw Error(
+        ErrorCode::invalid_argument,
+        fmt::format("--min-visible: '{}' does not tell how much of the object is visible (visible.txt, a share a "
+                    "frame): add that, or leave --min-visible out",
+                    sequence.name));
+  }
+}
+
 void evaluate_tracker(const EvaluateArguments& arguments) {
   if (arguments.folders.empty()) {
     throw Error(ErrorCode::invalid_argument, "no sequence: give folders, or --poses with --truth");
@@ -297,6 +326,7 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   for (const std::string& folder : arguments.folders) {
     sequences.push_back(load_sequence(folder, arguments.bop_object));
     sequences.back().model = model_of(sequences.back(), models);
+    require_visible_shares(arguments, sequences.back());
     if (sequences.back().frames.empty()) {
       throw Error(ErrorCode::file, fmt::format("{}: no frames to track", folder));
     }
@@ -311,9 +341,6 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
         })) {
       throw Error(ErrorCode::invalid_argument, fmt::format("--picture-frames {}: no sequence has that frame", frame));
     }
-  }
-  if (arguments.wrong_starts() && arguments.steps != std::vector<int>{1}) {
-    throw Error(ErrorCode::invalid_argument, "--step: --protocol starts shows every frame");
   }
   prepare_outputs(arguments);
 
@@ -371,6 +398,7 @@ Sequence sequence_of_poses(const EvaluateArguments& arguments) {
 
 void evaluate_poses(const EvaluateArguments& arguments) {
   const Sequence sequence = sequence_of_poses(arguments);
+  require_visible_shares(arguments, sequence);
   const EstimatedPoses estimates = load_estimated_poses(arguments.poses);
   Provenance provenance;
   provenance.protocol = "poses";
@@ -420,7 +448,8 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<app::EvaluateArguments>();
   arguments->add_to(*command);
   app::add_config_option(*command);
-  command->callback([arguments, &exit_code] {
+  command->callback([command, arguments, &exit_code] {
+    arguments->refuse_idle_options(*command);
     if (!arguments->marks.empty()) {
       exit_code = app::evaluate_marks(*arguments);
       return;

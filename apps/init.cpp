@@ -16,6 +16,7 @@
 #include "config_file.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "idle_options.hpp"
 #include "init/check_picture.hpp"
 #include "init/click_session.hpp"
 #include "init/point_pairs.hpp"
@@ -334,7 +335,11 @@ void add_init_command(CLI::App& app, int&) {
   CLI::App* command = app.add_subcommand("init", "Find the first pose (and focal length) from points in a frame");
   const auto init = std::make_shared<InitCommand>();
   init->add_to(*command);
-  command->callback([init] { init->run(); });
+  command->callback([command, init] {
+    refuse_without(*command, {"--frame", "--rescale-camera"}, !init->image.empty(), "--image");
+    refuse_without(*command, {"--rescale-camera"}, !init->camera.path.empty(), "--camera");
+    init->run();
+  });
 }
 
 }  // namespace holdfast

@@ -19,6 +19,7 @@
 #include "config_file.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "idle_options.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
@@ -38,11 +39,13 @@ struct SimulateArguments {
   BoxOptions box;
   bool quiet = false;
   bool report = false;
+  bool frames_given = false;
 
   std::string model = "box";
   double model_scale = 1;
   std::filesystem::path camera;
   std::string size = "640x480";
+  bool size_given = false;
   double view_angle = 0;
   bool rescale_camera = false;
 
@@ -93,7 +96,7 @@ Camera camera_of(const SimulateArguments& arguments) {
   if (!arguments.camera.empty()) {
     const Camera camera = io::load_camera(arguments.camera);
     // A calibration brings its own size; the default must not contradict it.
-    if (camera.width > 0 && arguments.size == SimulateArguments().size) return camera;
+    if (camera.width > 0 && !arguments.size_given) return camera;
     return io::camera_for_frames(camera, width, height, arguments.rescale_camera);
   }
   const double angle = arguments.view_angle > 0 ? arguments.view_angle : 52.4;
@@ -126,7 +129,7 @@ MotionOptions motion_of(const SimulateArguments& arguments) {
 constexpr double kLeastPixels = 4;
 
 void check_distance(const SimulateArguments& arguments, const Camera& camera, const Mesh& mesh) {
-  if (arguments.distance.empty() || !arguments.trajectory.empty()) return;
+  if (arguments.distance.empty()) return;
   const auto corners = bounding_corners(mesh);
   const double diameter = (corners.back() - corners.front()).norm(), nearest = arguments.distance[0];
   const double pixels = std::max(camera.fx, camera.fy) * diameter / nearest;
@@ -138,14 +141,39 @@ void check_distance(const SimulateArguments& arguments, const Camera& camera, co
   }
 }
 
-/// The box's own options, where no box is to be seen.
-void check_box_options(const SimulateArguments& arguments, bool seed_given, bool contrast_given) {
-  const auto& others = arguments.occluder_models;
-  const bool box_in_front = std::find(others.begin(), others.end(), "box") != others.end();
-  if (arguments.model == "box" || (!contrast_given && (!seed_given || box_in_front))) return;
-  throw Error(ErrorCode::invalid_argument,
-              fmt::format("{}: only the printed box has it; --model is {}",
-                          contrast_given ? "--box-contrast" : "--box-seed", arguments.model));
+/// Options that would change nothing in the frames asked for.
+void refuse_idle_options(const CLI::App& command, const SimulateArguments& a) {
+  const auto beside = [&](std::initializer_list<const char*> options, bool given, const std::string& what) {
+    app::refuse_beside(command, options, given, what);
+  };
+  const auto without = [&](std::initializer_list<const char*> options, bool given, const std::string& what) {
+    app::refuse_without(command, options, given, what);
+  };
+  const auto among = [](const std::vector<std::string>& kinds, const char* kind) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  };
+  beside({"--speed", "--turns", "--ease", "--distance", "--rotation", "--orientation"}, !a.trajectory.empty(),
+         "--trajectory");
+  beside({"--speed", "--rotation"}, a.motion == "still", "--motion still");
+  without({"--turns", "--ease"}, a.motion == "sharp", "--motion sharp");
+
+  const bool box = a.model == "box";
+  beside({"--model-scale"}, box, "--model box");
+  without({"--box-contrast"}, box, "--model box");
+  without({"--box-seed"}, box || among(a.occluder_models, "box"), "--model box");
+  without({"--rescale-camera"}, a.size_given, "--size");
+  without({"--masks", "--overwrite"}, !a.folder.empty(), "FOLDER");
+
+  without({"--bar-width", "--bar-sweeps"}, among(a.occluders, "bar"), "--occluder bar");
+  without({"--cube-size"}, among(a.occluders, "cube"), "--occluder cube");
+  const bool meshes = std::any_of(a.occluder_models.begin(), a.occluder_models.end(),
+                                  [](const std::string& model) { return model != "box"; });
+  without({"--occluder-scale"}, meshes, "--occluder-model FILE");
+
+  without({"--shininess"}, a.sequence.lighting.finish.specular > 0, "--specular");
+  const SensorOptions& sensor = a.sequence.sensor;
+  without({"--change-frames"}, sensor.exposure_stops != 0 || sensor.white_balance_stops != 0 || sensor.gamma_stops != 0,
+          "--exposure, --white-balance or --gamma");
 }
 
 /// A pose a frame, or a single one of what stands still.
@@ -206,11 +234,11 @@ void print_progress(int frame, int frames, double seconds) {
   if (frame + 1 == frames) fmt::print(stderr, "\r{:60}\r", "");
 }
 
-SequenceOptions sequence_options(const SimulateArguments& arguments, bool frames_given) {
+SequenceOptions sequence_options(const SimulateArguments& arguments) {
   SequenceOptions options = arguments.sequence;
   options.camera = camera_of(arguments);
   options.motion = motion_of(arguments);
-  if (!options.motion.T_camera_object.empty() && !frames_given) {
+  if (!options.motion.T_camera_object.empty() && !arguments.frames_given) {
     options.frames = static_cast<int>(options.motion.T_camera_object.size());
   }
   require_poses(options.motion.T_camera_object.size(), options.frames, arguments.trajectory);
@@ -252,11 +280,11 @@ void report(const SimulateArguments& arguments, const SequenceOptions& options, 
   fmt::print("{}", trackability::report_text(findings));
 }
 
-void run(const SimulateArguments& arguments, bool frames_given) {
+void run(const SimulateArguments& arguments) {
   if (arguments.folder.empty() && !arguments.report) {
     throw Error(ErrorCode::invalid_argument, "FOLDER is missing: where the sequence goes (--report alone needs none)");
   }
-  const SequenceOptions options = sequence_options(arguments, frames_given);
+  const SequenceOptions options = sequence_options(arguments);
   const Mesh mesh = object_mesh(arguments);
   check_distance(arguments, options.camera, mesh);
   if (arguments.report) {
@@ -523,8 +551,10 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
   add_sensor_options(*command, *arguments);
   app::add_config_option(*command);
   command->callback([command, arguments, &exit_code] {
-    check_box_options(*arguments, command->count("--box-seed") > 0, command->count("--box-contrast") > 0);
-    run(*arguments, command->count("--frames") > 0);
+    arguments->frames_given = command->count("--frames") > 0;
+    arguments->size_given = command->count("--size") > 0;
+    refuse_idle_options(*command, *arguments);
+    run(*arguments);
     exit_code = 0;
   });
 }

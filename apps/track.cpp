@@ -20,6 +20,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "holdfast/tracker.hpp"
+#include "idle_options.hpp"
 #include "messages.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
@@ -286,7 +287,10 @@ void add_track_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("track", "Follow an object through a video and write its poses");
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
-  command->callback([track, &exit_code] { exit_code = track->run(); });
+  command->callback([command, track, &exit_code] {
+    refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
+    exit_code = track->run();
+  });
 }
 
 }  // namespace holdfast

@@ -156,6 +156,79 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, init({{"--camera-out", "c.txt"}}), {"c.txt", ".yml"});
 }
 
+TEST_CASE("Options that would do nothing are refused") {
+  const auto refused = [](Arguments arguments, const std::vector<std::string>& options, const std::string& what) {
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    check_fails(kUsage, arguments, {options.front() + " has no effect " + what, "out"});
+  };
+  const auto simulate = [&](const std::vector<std::string>& options, const std::string& what) {
+    refused({"simulate", "not_made"}, options, what);
+  };
+  for (const std::vector<std::string>& motion :
+       {Arguments{"--speed", "5"}, Arguments{"--distance", "0.5,1"}, Arguments{"--rotation", "20"},
+        Arguments{"--orientation", "0,0,0"}, Arguments{"--turns", "3"}, Arguments{"--ease", "3"}}) {
+    simulate({motion[0], motion[1], "--trajectory", "first.txt"}, "beside --trajectory");
+  }
+  simulate({"--speed", "5", "--motion", "still"}, "beside --motion still");
+  simulate({"--rotation", "5", "--motion", "still"}, "beside --motion still");
+  simulate({"--turns", "3"}, "without --motion sharp");
+  simulate({"--ease", "3", "--motion", "smooth"}, "without --motion sharp");
+  simulate({"--model-scale", "0.001"}, "beside --model box");
+  simulate({"--box-seed", "2", "--model", "box.obj"}, "without --model box");
+  simulate({"--box-contrast", "0.5", "--model", "box.obj", "--occluder-model", "box"}, "without --model box");
+  simulate({"--rescale-camera", "--camera", "camera.yml"}, "without --size");
+  simulate({"--bar-width", "20"}, "without --occluder bar");
+  simulate({"--bar-sweeps", "2", "--occluder", "cube"}, "without --occluder bar");
+  simulate({"--cube-size", "0.5", "--occluder", "bar"}, "without --occluder cube");
+  simulate({"--occluder-scale", "0.001", "--occluder-model", "box"}, "without --occluder-model FILE");
+  simulate({"--shininess", "9"}, "without --specular");
+  simulate({"--change-frames", "50"}, "without --exposure, --white-balance or --gamma");
+  refused({"simulate", "--report"}, {"--masks"}, "without FOLDER");
+  refused({"simulate", "--report"}, {"--overwrite"}, "without FOLDER");
+  CHECK_FALSE(fs::exists(inputs().folder() / "not_made"));
+
+  refused(track({}), {"--contact-frames", "5"}, "without --contact-sheet");
+  refused(track({}), {"--recovery", "--mode", "paper"}, "beside --mode paper");
+  refused(init({}), {"--frame", "1"}, "without --image");
+  refused(init({}), {"--rescale-camera"}, "without --image");
+  refused({"init", "--points", "pairs.csv", "--image", "frames", "--estimate-focal"}, {"--rescale-camera"},
+          "without --camera");
+
+  const Arguments bake{"bake", "frames/0.png", "--model", "box.obj", "--camera", "camera.yml", "--out", "not_made.obj"};
+  const auto baked = [&](const std::vector<std::string>& options, const std::string& what) {
+    refused(bake, options, what);
+  };
+  baked({"--start", "1", "frames/1.png", "--poses", "first.txt"}, "beside several inputs");
+  baked({"--stop", "1", "frames/1.png", "--poses", "first.txt"}, "beside several inputs");
+  baked({"--levels", "2", "--poses", "first.txt"}, "beside --poses");
+  baked({"--padding", "2", "--init", "first.txt"}, "on the texture coordinates");
+  CHECK_FALSE(fs::exists(inputs().folder() / "not_made.obj"));
+
+  const auto evaluate = [&](const std::vector<std::string>& options, const std::string& what) {
+    refused({"evaluate"}, options, what);
+  };
+  evaluate({"--camera", "camera.yml"}, "without --marks");
+  evaluate({"--within", "1,2", "--poses", "first.txt", "--truth", "first.txt"}, "without --marks");
+  for (const std::string option : {"--model", "--truth", "--csv", "--json", "--plots"}) {
+    evaluate({option, "x", "--marks", "m.csv", "--poses", "first.txt", "--camera", "camera.yml"}, "beside --marks");
+  }
+  evaluate({"--truth", "first.txt"}, "without --poses");
+  evaluate({"--partial"}, "without --poses");
+  for (const Arguments& tracking : {Arguments{"--protocol", "rbot"}, Arguments{"--step", "2"},
+                                    Arguments{"--start-seed", "2"}, Arguments{"--blur-sigma", "2"}}) {
+    evaluate({tracking[0], tracking[1], "--poses", "first.txt", "--truth", "first.txt"}, "beside --poses");
+  }
+  evaluate({"--show-start-frame"}, "without --protocol rbot");
+  for (const std::string option : {"--starts", "--start-frames", "--start-seed"}) {
+    evaluate({option, "2"}, "without --protocol starts");
+  }
+  evaluate({"--start-error", "5,5", "--protocol", "rbot"}, "without --protocol starts");
+  evaluate({"--step", "2", "--protocol", "starts"}, "beside --protocol starts");
+  write("line.txt", "1 0 0 0 0 1 0 0 0 0 1 0.5\n");
+  check_fails(kUsage, {"evaluate", "--poses", "line.txt", "--truth", "line.txt", "--min-visible", "0.5"},
+              {"--min-visible", "visible.txt"});
+}
+
 TEST_CASE("Configuration files") {
   write("good.toml", "stop = 2\nposes = \"config.csv\"\n[bake]\nnothing = 1\n[track]\nmode = \"paper\"\n");
   const ProgramRun run = inputs().run(track({{"--config", "good.toml"}}));
@@ -198,6 +271,9 @@ TEST_CASE("Cameras") {
   check_fails(kInput, track({{"--camera", "fisheye.yml"}}), {"fisheye.yml", "equidistant", "not supported"});
   write("large.yml", "image_width: 640\nimage_height: 480\ncamera_matrix: [650,0,319.5,0,650,239.5,0,0,1]\n");
   check_fails(kInput, track({{"--camera", "large.yml"}}), {"640x480", "320x240", "--rescale-camera"});
+  check_fails(kInput, {"simulate", "not_made", "--camera", "camera.yml", "--size", "640x480"}, {"640x480", "320x240"});
+  write("sizeless.txt", "325 325 159.5 119.5\n");
+  check_fails(kInput, track({{"--camera", "sizeless.txt"}, {"--rescale-camera", ""}}), {"no size", "--rescale-camera"});
   CHECK(inputs().run(track({{"--camera", "large.yml"}, {"--rescale-camera", ""}, {"--require-held", ""}})).exit_code ==
         kOk);
 }

@@ -152,9 +152,9 @@ TEST_CASE("simulate: what makes no sense together is refused in one line, and no
   // Millimetres: 65 pixels times 0.28 m over 100 m.
   refused({"--model", "plate.obj", "--distance", "100,200"}, {"--distance", "0.283 m", "0.18 pixels", "in metres"});
   refused({"--distance", "100,200"}, {"--distance", "in metres"});
-  refused({"--model", "plate.obj", "--box-seed", "2"}, {"--box-seed", "plate.obj"});
-  refused({"--model", "plate.obj", "--box-contrast", "0.5"}, {"--box-contrast", "plate.obj"});
+  refused({"--model", "plate.obj", "--box-seed", "2"}, {"--box-seed", "--model box"});
+  refused({"--model", "plate.obj", "--box-contrast", "0.5"}, {"--box-contrast", "--model box"});
   CHECK(simulate({"--model", "plate.obj", "--box-seed", "2", "--occluder-model", "box", "--occluder-trajectory",
-                  "still.txt", "--trajectory", "still.txt", "--distance", "100,200"})
+                  "still.txt", "--trajectory", "still.txt"})
             .exit_code == app::kOk);
 }

@@ -76,13 +76,13 @@ TEST_CASE("Configuration files: bare keys, sections, underscores; the command li
   const TemporaryFolder folder;
   const std::string file = folder
                                .write("c.ini",
-                                      "; comment\nmode = paper\nblur_sigma = 1.5\nblock-vote = true\n[track]\n"
+                                      "; comment\nmode = fast\nblur_sigma = 1.5\nblock-vote = false\n[track]\n"
                                       "levels = 2\n[simulate]\nlevels = 7\nunheard-of = 1\n")
                                .string();
   const TrackerOptions read = parsed({"--config", file});
-  CHECK(read.mode == Mode::paper);
+  CHECK(read.mode == Mode::fast);
   CHECK(read.blur_sigma == 1.5);
-  CHECK(read.occlusion.block_vote);
+  CHECK_FALSE(read.occlusion.block_vote);
   CHECK(read.levels == 2);
   CHECK(parsed({"--config", file, "--levels", "3"}).levels == 3);
   const std::string negative = folder.write("n.toml", "photometric = false\n").string();
@@ -108,6 +108,24 @@ TEST_CASE("Values out of range name the flag that was typed") {
     CHECK(error.message.starts_with(flag + " must be "));
     CHECK(error.message.find('_') == std::string::npos);
   }
+}
+
+TEST_CASE("Paper mode refuses what it has no use for, unless it is as it would be anyway") {
+  const std::vector<std::vector<std::string>> idle{{"--levels", "2"},         {"--levels", "2", "--finest-level", "1"},
+                                                   {"--most-pixels", "9000"}, {"--enough-pixels", "900"},
+                                                   {"--iterations", "2"},     {"--correlation-search"},
+                                                   {"--search-radius", "64"}, {"--motion-blur"},
+                                                   {"--challenge"},           {"--recovery"}};
+  for (std::vector<std::string> options : idle) {
+    const std::string flag = options.front();
+    CAPTURE(flag);
+    CHECK_NOTHROW(parsed(options));
+    options.insert(options.begin(), {"--mode", "paper"});
+    const auto error = error_of([&] { parsed(options); });
+    CHECK(error.code == ErrorCode::invalid_argument);
+    CHECK(error.message.starts_with(flag + " has no effect beside --mode paper"));
+  }
+  CHECK_FALSE(parsed({"--mode", "paper", "--no-recovery", "--levels", "1"}).recovery);
 }
 
 TEST_CASE("File names with blanks are taken whole") {

@@ -233,6 +233,11 @@ void save_camera(const fs::path& path, const Camera& camera) {
 Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale) {
   Camera fitted = camera;
   if (camera.width <= 0 || camera.height <= 0) {
+    if (rescale) {
+      throw Error(ErrorCode::camera,
+                  "the calibration names no size of its own, so it cannot be rescaled: leave --rescale-camera out and "
+                  "give fx fy cx cy for frames of this size, or use a calibration file that has a size");
+    }
     fitted.width = width;
     fitted.height = height;
   } else if (camera.width != width || camera.height != height) {

@@ -61,11 +61,11 @@ class Bench(Work):
                         *(p.tobytes() for p in given), *(str(b) for b in behind))
 
         def make():
-            words = options_of(settings)
+            motion = ("motion", "speed") if poses is not None else ()
+            words = options_of({name: value for name, value in settings.items() if name not in motion})
             if poses is not None:
                 paths.write_poses(folder / "path.txt", poses)
                 words += ["--trajectory", folder / "path.txt"]
-                del words[words.index("--motion"):words.index("--motion") + 2]
             if occluder is not None:
                 paths.write_poses(folder / "occluder.txt", occluder[1])
                 words += ["--occluder-model", occluder[0], "--occluder-trajectory", folder / "occluder.txt"]
