@@ -54,6 +54,7 @@ void Tracker::Impl::warm_up() {
     }
   }
   device_.impl().queue.finish();
+  view_.clear();
   photometry_.reset();
   motion_ = MotionModel(p_object_center_);
   look_ = {};

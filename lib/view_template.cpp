@@ -158,6 +158,11 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   return true;
 }
 
+void ViewTemplate::clear() {
+  T_camera_object_ = Pose::Identity();
+  for (Planes& planes : planes_) planes.tiles = {};
+}
+
 std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
   constexpr int kReach = 2;
   constexpr double kBend = 5e-4;

@@ -48,6 +48,9 @@ class ViewTemplate {
   bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
                const Exposure& exposure = {});
 
+  /// As if nothing had been drawn yet.
+  void clear();
+
   /// Unit normal, towards the camera (camera axes), of the surface around a pixel of the finest level drawn last; none
   /// where that is not flat or not all surface.
   std::optional<Eigen::Vector3d> normal_at(int x, int y) const;
