@@ -169,6 +169,7 @@ BakeReport BakeCommand::bake_tracked() const {
   source_options.start = start;
   source_options.stop = stop;
   FrameSource source(inputs.front(), source_options);
+  warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   const Mesh mesh = load_mesh();
   const Pose T_camera_object = init.load();

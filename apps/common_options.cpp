@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <numbers>
 #include <string>
@@ -287,11 +288,29 @@ void require_model_name(const std::filesystem::path& path) {
   }
 }
 
+void require_named_materials(const Mesh& mesh, const std::filesystem::path& model) {
+  if (mesh.has_appearance() || model.extension() != ".obj") {
+    return;
+  }
+  constexpr std::string_view keyword = "mtllib ";
+  std::ifstream file(model);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with(keyword)) {
+      continue;
+    }
+    line.erase(0, keyword.size());
+    line.erase(line.find_last_not_of(" \t\r") + 1);
+    if (!std::filesystem::exists(model.parent_path() / line)) {
+      throw Error(ErrorCode::model,
+                  "model '" + model.string() + "' has no texture, because the material file that it names, '" + line +
+                      "', is not beside it: copy it there, with its pictures, or make a texture with 'holdfast bake'");
+    }
+  }
+}
+
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                       const std::optional<Camera>& camera) {
-  if (const auto warning = io::unit_warning(mesh, T_camera_object, camera)) {
-    print_warning(*warning);
-  }
+  warn_if(io::unit_warning(mesh, T_camera_object, camera));
 }
 
 }  // namespace holdfast::app

@@ -157,7 +157,9 @@ cv::Mat read_frame(const std::string& input, std::int64_t number) {
   Frame frame;
   bool found = false;
   try {
-    found = FrameSource(input, options).next(frame);
+    FrameSource source(input, options);
+    found = source.next(frame);
+    warn_if(source.doubt());
   } catch (const Error& error) {
     if (error.code() != ErrorCode::invalid_argument) {
       throw;

@@ -26,4 +26,8 @@ void print_error(const std::string& message) { fmt::print(stderr, "holdfast: err
 
 void print_warning(const std::string& message) { fmt::print(stderr, "holdfast: warning: {}\n", one_line(message)); }
 
+void warn_if(const std::optional<std::string>& doubt) {
+  if (doubt) print_warning(*doubt);
+}
+
 }  // namespace holdfast::app

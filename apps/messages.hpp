@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace holdfast::app {
@@ -12,5 +13,7 @@ void print_error(const std::string& message);
 
 /// "holdfast: warning: ..." as one line on stderr.
 void print_warning(const std::string& message);
+/// The same, if there is anything to warn of.
+void warn_if(const std::optional<std::string>& doubt);
 
 }  // namespace holdfast::app

@@ -287,6 +287,8 @@ void run(const SimulateArguments& arguments) {
   const SequenceOptions options = sequence_options(arguments);
   const Mesh mesh = object_mesh(arguments);
   check_distance(arguments, options.camera, mesh);
+  app::warn_about_units(mesh);
+  if (arguments.report) app::require_named_materials(mesh, arguments.model);
   if (arguments.report) {
     report(arguments, options, mesh);
     return;

@@ -194,8 +194,12 @@ int TrackCommand::run() const {
     require_writable(completed_model);
   }
   FrameSource source(input, source_options());
+  warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   Mesh mesh = model.load();
+  if (completed_model.empty()) {
+    require_named_materials(mesh, model.path);
+  }
   const Pose T_camera_object = init.load();
   warn_about_units(mesh, T_camera_object, calibrated);
   std::optional<Frame> first_frame;

@@ -10,6 +10,9 @@
 namespace holdfast {
 namespace {
 
+/// Of the squared radius: a smaller cross product of a triangle's sides is rounding.
+constexpr double kLeastArea = 1e-12;
+
 Eigen::AlignedBox3d bounding_box(const std::vector<Eigen::Vector3f>& positions) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3f& position : positions) {
@@ -113,6 +116,16 @@ void Mesh::validate() const {
   }
   if (!(radius() > 0)) {
     fail("the mesh has no extent (all vertices in one point); check its unit and its export");
+  }
+  const auto area = [this](const auto& triangle) {
+    const Eigen::Vector3d a = positions[triangle[0]].template cast<double>();
+    return (positions[triangle[1]].template cast<double>() - a)
+        .cross(positions[triangle[2]].template cast<double>() - a)
+        .norm();
+  };
+  const double least = kLeastArea * radius() * radius();
+  if (std::none_of(triangles.begin(), triangles.end(), [&](const auto& t) { return area(t) > least; })) {
+    fail("the mesh has no triangle with an area (their corners lie on lines); check its export");
   }
 }
 

@@ -475,8 +475,10 @@ void Tracker::reset(const Pose& T_camera_object) {
   }
   if (impl_->view_.bounds(T_camera_object).empty()) {
     throw Error(ErrorCode::pose,
-                "the pose puts the object out of view; check the camera's focal length and the pose's "
-                "unit (metres) and axes (x right, y down, z forward)");
+                "the pose puts the object out of the picture of " + std::to_string(impl_->camera_.width) + "x" +
+                    std::to_string(impl_->camera_.height) +
+                    " pixels; check the camera's focal length and centre, and the pose's unit (metres) and axes (x "
+                    "right, y down, z forward)");
   }
   impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));

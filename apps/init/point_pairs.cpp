@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // Windows' editors begin UTF-8 with it
 constexpr std::string_view kBlanks = " \t\r";
 
 std::string_view trimmed(std::string_view text) {
@@ -64,7 +65,8 @@ PointPair parse_pair(const std::vector<std::string_view>& cells, const fs::path&
     throw Error(ErrorCode::pose, fmt::format("point pairs '{}', line {}: {}", path.string(), line, reason));
   };
   if (cells.size() != 5) {
-    fail(fmt::format("{} columns; expected 5: x,y,z,u,v (a point of the model and its pixel)", cells.size()));
+    fail(fmt::format("{} columns; expected 5: x,y,z,u,v (a point of the model and its pixel), with decimal points",
+                     cells.size()));
   }
   std::array<double, 5> values{};
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -95,7 +97,9 @@ std::vector<PointPair> load_point_pairs(const fs::path& path, double scale) {
   int line = 0;
   bool first = true;
   while (std::getline(file, text)) {
-    ++line;
+    if (++line == 1 && text.starts_with(kByteOrderMark)) {
+      text.erase(0, kByteOrderMark.size());
+    }
     const std::string_view content = trimmed(std::string_view(text).substr(0, text.find('#')));
     if (content.empty()) {
       continue;

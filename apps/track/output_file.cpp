@@ -21,9 +21,17 @@ namespace fs = std::filesystem;
   throw Error(ErrorCode::output, fmt::format("cannot write '{}': {}", path.string(), reason));
 }
 
+/// Elsewhere "-" is the standard output; here it would be a file of that name.
+const fs::path& not_a_dash(const fs::path& path) {
+  if (path == "-") {
+    throw Error(ErrorCode::output, "cannot write '-': give /dev/stdout for the standard output");
+  }
+  return path;
+}
+
 }  // namespace
 
-OutputFile::OutputFile(const fs::path& path) : path_(path), file_(std::fopen(path.c_str(), "w")) {
+OutputFile::OutputFile(const fs::path& path) : path_(not_a_dash(path)), file_(std::fopen(path.c_str(), "w")) {
   if (!file_) {
     cannot_write(path_, errno);
   }
@@ -43,6 +51,7 @@ void OutputFile::rewind_to(long offset) {
 }
 
 void require_writable(const fs::path& path) {
+  not_a_dash(path);
   std::error_code failed;
   const bool existed = fs::exists(path, failed);
   {

@@ -25,6 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kImageFrameRate = 30;
+/// Of 255: a first frame without a brighter value shows next to nothing.
+constexpr double kNearlyBlack = 32;
 constexpr const char* kInputKinds =
     "the input is a video file, an image folder, a pattern such as frames/%06d.png, or a camera's number";
 
@@ -65,9 +67,10 @@ class ImageReader : public Reader {
     const ListedImage& image = images_[at_++];
     read_bytes(image);
     const auto why_not = [&](const std::string& reason) {
-      return Error(ErrorCode::file, fmt::format("cannot read frame {}, '{}': {}; replace the file, or end before it "
-                                                "with --stop {}",
-                                                image.index, image.path.string(), reason, image.index));
+      const std::string otherwise =
+          read_any_ ? fmt::format(", or end before it with --stop {}", image.index) : std::string();
+      return Error(ErrorCode::file, fmt::format("cannot read frame {}, '{}': {}; replace the file{}", image.index,
+                                                image.path.string(), reason, otherwise));
     };
     if (const auto damage = image_damage(bytes_)) {
       throw why_not(*damage);
@@ -81,6 +84,7 @@ class ImageReader : public Reader {
     if (frame.image.empty()) {
       throw why_not(bytes_.empty() ? "it is empty" : "it is no image that can be decoded, or it is damaged");
     }
+    read_any_ = true;
     frame.index = image.index;
     frame.time_s = static_cast<double>(image.index - time_origin_) / frame_rate_;
     return true;
@@ -128,6 +132,7 @@ class ImageReader : public Reader {
   std::int64_t end_index_;
   double frame_rate_;
   std::size_t at_ = 0;  // the next image
+  bool read_any_ = false;
   std::vector<std::uint8_t> bytes_;
 };
 
@@ -141,8 +146,10 @@ class VideoReader : public Reader {
     }
     const bool has_ffmpeg = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG);
     if (!capture_.open(path, has_ffmpeg ? cv::CAP_FFMPEG : cv::CAP_ANY)) {
-      throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path,
-                                               damage_ ? *damage_ : fmt::format("unknown format; {}", kInputKinds)));
+      const std::string reason = damage_  ? *damage_
+                                 : is_url ? "it cannot be reached, or is no video"
+                                          : fmt::format("unknown format; {}", kInputKinds);
+      throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path, reason));
     }
     capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
     const double own_rate = capture_.get(cv::CAP_PROP_FPS);
@@ -327,6 +334,15 @@ class FrameSource::Impl {
     }
     size_ = first_.image.size();
     has_first_ = true;
+    double brightest = 0;
+    cv::minMaxLoc(first_.image.reshape(1), nullptr, &brightest);
+    if (brightest < kNearlyBlack) {
+      doubt_ = fmt::format(
+          "frame {}{} is nearly black, its brightest value {} of 255: expose longer; if its values are 10 or 12 bits "
+          "in "
+          "16, scale them up",
+          first_.index, reader_->name_of_last(), brightest);
+    }
   }
 
   bool next(Frame& frame) {
@@ -361,6 +377,7 @@ class FrameSource::Impl {
   }
 
   cv::Size size_;
+  std::optional<std::string> doubt_;
   std::optional<std::string> ended_early_;
   const Reader& reader() const { return *reader_; }
 
@@ -406,6 +423,7 @@ cv::Size FrameSource::size() const { return impl_->size_; }
 std::optional<std::int64_t> FrameSource::frame_count() const { return impl_->frame_count(); }
 double FrameSource::frame_rate() const { return impl_->reader().frame_rate(); }
 bool FrameSource::live() const { return impl_->reader().live(); }
+std::optional<std::string> FrameSource::doubt() const { return impl_->doubt_; }
 std::optional<std::string> FrameSource::ended_early() const { return impl_->ended_early_; }
 
 }  // namespace holdfast::app

@@ -46,6 +46,8 @@ class FrameSource {
   double frame_rate() const;
   /// Frames come as time passes, and are gone when nobody takes them.
   bool live() const;
+  /// What is odd about the first frame, in one sentence, if anything is.
+  std::optional<std::string> doubt() const;
   /// After next() returned false: why the input ended before its time, in one sentence.
   std::optional<std::string> ended_early() const;
 

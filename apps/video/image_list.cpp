@@ -51,12 +51,29 @@ std::vector<ListedImage> numbered_from_zero(std::vector<fs::path> files) {
   return images;
 }
 
+/// The first of these that is a folder and holds images.
+std::optional<fs::path> folder_with_images(std::vector<fs::path> paths) {
+  std::error_code failed;
+  std::erase_if(paths, [&](const fs::path& path) { return !fs::is_directory(path, failed); });
+  std::sort(paths.begin(), paths.end());
+  for (const fs::path& path : paths) {
+    for (fs::directory_iterator entry(path, failed), end; !failed && entry != end; entry.increment(failed)) {
+      if (has_image_extension(entry->path())) {
+        return path;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 std::vector<ListedImage> images_of_folder(const std::string& folder) {
   std::vector<fs::path> files = files_of(folder);
+  const std::optional<fs::path> below = folder_with_images(files);
   std::erase_if(files, [](const fs::path& file) { return !has_image_extension(file); });
   if (files.empty()) {
     throw Error(ErrorCode::file,
-                fmt::format("the folder '{}' has no image files (jpg, png, bmp, tif, webp, ppm, ...)", folder));
+                fmt::format("the folder '{}' has no image files (jpg, png, bmp, tif, webp, ppm, ...){}", folder,
+                            below ? fmt::format(", but '{}' has: give that", below->string()) : std::string()));
   }
   return numbered_from_zero(std::move(files));
 }

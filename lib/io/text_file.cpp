@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include "holdfast/error.hpp"
 
@@ -39,7 +40,12 @@ std::string read_text_file(const fs::path& path, const std::string& what) {
     throw Error(ErrorCode::file, fmt::format("{} '{}' cannot be read ({}): check its permissions", what, path.string(),
                                              errno ? std::strerror(errno) : "unknown reason"));
   }
-  return text.str();
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // Windows' editors begin UTF-8 with it
+  std::string content = text.str();
+  if (content.starts_with(byte_order_mark)) {
+    content.erase(0, byte_order_mark.size());
+  }
+  return content;
 }
 
 void write_text_file(const fs::path& path, const std::string& text) {

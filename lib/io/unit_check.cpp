@@ -18,6 +18,9 @@ constexpr double kTypical = 0.2;  // metres
 constexpr double kApparentSmallest = 1.0 / 300;
 constexpr double kApparentLargest = 30;
 
+/// A picture's width in focal lengths, of a lens that shows straight lines as such: 157 degrees.
+constexpr double kWidest = 10;
+
 struct Unit {
   const char* name;
   double metres;
@@ -44,6 +47,13 @@ Unit likely_unit(double size) {
 
 std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                         const std::optional<Camera>& camera) {
+  const double picture = camera ? std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx}) : 0;
+  if (camera && camera->fx > 0 && picture > kWidest * camera->fx) {
+    return fmt::format(
+        "the focal length is only {:.3g} pixels, for pictures {:.0f} wide: is it in millimetres? in pixels it is that "
+        "over the sensor's width, times the picture's",
+        camera->fx, picture);
+  }
   const double size = extent(mesh);
   if (!(size > 0)) {
     return std::nullopt;
@@ -63,7 +73,6 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
     return std::nullopt;
   }
   const double distance = (*T_camera_object * mesh.center()).z();
-  const double picture = std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx});
   if (!(distance > 0) || !(picture > 0)) {
     return std::nullopt;
   }
