@@ -59,7 +59,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   /// The paper's own mode: thresholds and tests as published, one solve a frame.
   static TrackerOptions paper();
 
-  /// Default mode for about a quarter of its time and two to three times its error (docs/performance.md has both).
+  /// Default mode for about a quarter of its time (docs/performance.md), one to eight times its median error (README).
   static TrackerOptions fast();
 
   /// Throws Error(invalid_argument) naming the field that is out of range.
