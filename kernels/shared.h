@@ -3,18 +3,26 @@
 #ifndef HOLDFAST_SHARED_H
 #define HOLDFAST_SHARED_H
 
-#define HF_TILE 16         /* pixels a side of a tile: the unit of work and of partial sums */
-#define HF_CELL 8          /* pixels a side of a cell: the unit of local photometry; 2x2 a tile */
-#define HF_PAD 16          /* never-written (zero) pixels around every level image */
-#define HF_CHANNELS 3      /* colour channels; a grey frame uses the first only */
-#define HF_PIXEL 4         /* floats of a filtered pixel: three channels and coverage */
-#define HF_SAMPLES 9       /* planes of warped samples: value, d/dx, d/dy of three channels */
-#define HF_VOTE_RADIUS 4   /* of the largest neighbourhood: 9x9 */
-#define HF_MAX_RADIUS 8    /* largest blur radius, pixels */
-#define HF_BLUR_COLUMNS 64 /* pixels of the block that an item of the 'strips' partition blurs */
+#define HF_TILE 16          /* pixels a side of a tile: the unit of work and of partial sums */
+#define HF_CELL 8           /* pixels a side of a cell: the unit of local photometry; 2x2 a tile */
+#define HF_PAD 16           /* never-written (zero) pixels around every level image */
+#define HF_CHANNELS 3       /* colour channels; a grey frame uses the first only */
+#define HF_PIXEL 4          /* floats of a filtered pixel: three channels and coverage */
+#define HF_SAMPLES 9        /* planes of warped samples: value, d/dx, d/dy of three channels */
+#define HF_VOTE_RADIUS 4    /* of the largest neighbourhood: 9x9 */
+#define HF_MAX_RADIUS 8     /* largest blur radius, pixels */
+#define HF_BLUR_COLUMNS 128 /* most pixels of the block that an item of the 'strips' partition blurs */
 #define HF_BLUR_ROWS 32
 #define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */
 #define HF_GROUP 64             /* work-items of a tile's group in the 'groups' partition */
+
+#define HF_RENDER_GUARD 32 /* pixels before and behind a packed render that may be read */
+
+/* Formats of a frame that are blurred as they come: as holdfast::PixelFormat. */
+#define HF_BGR8 0
+#define HF_RGB8 1
+#define HF_RGBA8 2
+#define HF_GREY8 3
 
 /* Pixel classes: as holdfast::PixelClass. */
 #define HF_NOT_VISIBLE 0
@@ -82,6 +90,16 @@ typedef struct {
   HF_INT grey;   /* 1: the frame has one channel, so must the view */
   HF_FLOAT near_plane, far_plane;
 } hf_view;
+
+/* What of the rendered view may be compared with the frame, and its planes. */
+typedef struct {
+  HF_INT width, height;    /* of the frame */
+  HF_INT plane;            /* floats from a plane to the next */
+  HF_FLOAT least_coverage; /* share of the blur's reach that must be known surface */
+  HF_FLOAT jump;           /* relative step of depth that is an edge */
+  HF_INT reach;            /* pixels from an edge that are dropped */
+  HF_FLOAT bend;           /* relative bend of 1/Z from a pixel to the next at an edge between faces; 0: kept */
+} hf_template;
 
 /* Where a rendered pixel is sampled in the frame: x' = project(D backproject(x, Z)), equation 5 of docs/math.md. */
 typedef struct {

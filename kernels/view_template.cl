@@ -1,6 +1,21 @@
 /* The rendered view -> what the constraints compare the frame with: planes of value, gradient, depth and usability. */
 
-/* Packed render -> interleaved pixels (premultiplied by 'known surface') and metric depth, 0 where empty. */
+/* Window depth -> metric depth, 0 where nothing is drawn. */
+INLINE pixel_lane metric_depth(pixel_lane d, hf_view view) {
+  const pixel_lane z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
+  return CHOOSE((pixel_lane)(0.0f), z, d < 1.0f);
+}
+
+__kernel void unpack_depth(__global const float* window_depth, hf_view view, hf_rect rect, hf_layout layout,
+                           __global float* depth) {
+  const int row = (int)get_global_id(1);
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += PIXELS_AT_ONCE) {
+    const pixel_lane d = LOAD_LANE(window_depth + row * view.stride + i);
+    STORE_LANE(metric_depth(d, view), depth + element(layout, rect.x + i, rect.y + row));
+  }
+}
+
+/* Packed render -> interleaved pixels (premultiplied by 'known surface') and metric depth. */
 __kernel void unpack_view(__global const uchar* rgba, __global const float* window_depth, hf_view view, hf_rect rect,
                           hf_layout layout, __global float* pixels, __global float* depth) {
   const int row = (int)get_global_id(1);
@@ -8,11 +23,9 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
     const int source = row * view.stride + i;
     const int e = element(layout, rect.x + i, rect.y + row);
     const pixel_lane d = LOAD_LANE(window_depth + source);
-    const pixel_lane z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
-    const pixel_mask drawn = d < 1.0f;
-    STORE_LANE(CHOOSE((pixel_lane)(0.0f), z, drawn), depth + e);
-    const pixel_vector bytes = CONVERT_PIXELS(LOAD_PIXEL_BYTES(rgba + 4 * source));
-    const pixel_lane known = CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), drawn & (CHANNEL_3(bytes) > 0.0f));
+    STORE_LANE(metric_depth(d, view), depth + e);
+    const pixel_vector bytes = CONVERT_PIXELS(LOAD_PIXEL_BYTES(rgba + 4 * (HF_RENDER_GUARD + source)));
+    const pixel_lane known = CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), (d < 1.0f) & (CHANNEL_3(bytes) > 0.0f));
     pixel_lane red = CHANNEL_0(bytes) * known * (1.0f / 255.0f), green = CHANNEL_1(bytes) * known * (1.0f / 255.0f);
     pixel_lane blue = CHANNEL_2(bytes) * known * (1.0f / 255.0f);
     if (view.grey) {
@@ -46,85 +59,208 @@ INLINE lane_int bent(__global const float* depth, int step, float relative) {
   return (before > 0.0f) & (after > 0.0f) & (fabs(z / before + z / after - 2.0f) > relative);
 }
 
-/* Interleaved pixels side by side. `around`: the least coverage of a pixel's four neighbours. */
+/* Blurred, normalised pixels side by side. `around`: the least coverage of a pixel's four neighbours. */
 typedef struct {
   lane_float value[HF_CHANNELS], dx[HF_CHANNELS], dy[HF_CHANNELS], coverage, around;
 } view_pixels;
 
-INLINE void load_view_pixels(__global const float* p, int step, view_pixels* pixels) {
-#if HF_STRIPS
-  const float16 a = LOAD(p), b = LOAD(p + 16), c = LOAD(p + 32), d = LOAD(p + 48);
-  TRANSPOSE(a, b, c, d, pixels->value)
-  pixels->coverage = COLUMN(a, b, c, d, s37bf);
-#define NEIGHBOURS(x, i)                                                                     \
-  const float16 left_##x = LOAD(p + (i)-HF_PIXEL), right_##x = LOAD(p + (i) + HF_PIXEL);     \
-  const float16 up_##x = LOAD(p + (i)-step), down_##x = LOAD(p + (i) + step);                \
-  const float16 dx_##x = 0.5f * (right_##x - left_##x), dy_##x = 0.5f * (down_##x - up_##x); \
-  const float16 least_##x = fmin(fmin(left_##x, right_##x), fmin(up_##x, down_##x));
-  NEIGHBOURS(a, 0)
-  NEIGHBOURS(b, 16)
-  NEIGHBOURS(c, 32)
-  NEIGHBOURS(d, 48)
-#undef NEIGHBOURS
-  TRANSPOSE(dx_a, dx_b, dx_c, dx_d, pixels->dx)
-  TRANSPOSE(dy_a, dy_b, dy_c, dy_d, pixels->dy)
-  pixels->around = COLUMN(least_a, least_b, least_c, least_d, s37bf);
-#else
-  const float4 v = vload4(0, p), left = vload4(0, p - HF_PIXEL), right = vload4(0, p + HF_PIXEL);
-  const float4 up = vload4(0, p - step), down = vload4(0, p + step);
-  const float4 dx = 0.5f * (right - left), dy = 0.5f * (down - up);
-  pixels->value[0] = v.x;
-  pixels->value[1] = v.y;
-  pixels->value[2] = v.z;
-  pixels->coverage = v.w;
-  pixels->dx[0] = dx.x;
-  pixels->dx[1] = dx.y;
-  pixels->dx[2] = dx.z;
-  pixels->dy[0] = dy.x;
-  pixels->dy[1] = dy.y;
-  pixels->dy[2] = dy.z;
-  pixels->around = fmin(fmin(left.w, right.w), fmin(up.w, down.w));
-#endif
+INLINE lane_int visible_pixels(lane_float z, int x, int y, hf_template k) {
+  return (z > 0.0f) & ((lane_float)(x) + LANE_INDEX < (lane_float)(k.width)) & (y < k.height ? ~0 : 0);
 }
 
-/* Blurred, normalised pixels -> planes. Usable: covered at least `least_coverage` within the blur's reach and no depth
-   jump or hole within `reach` pixels in the row and the column, nor, where `bend` is above 0, an edge between faces
-   within three; `usable` is 0 outside the object (and outside the frame of width x height), HF_UNUSABLE or HF_USED. The
-   planes are written where the object is. */
-__kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
-                              int width, int height, float least_coverage, float jump, int reach, __global float* value,
-                              __global float* dx, __global float* dy, int plane, __global uchar* usable, float bend) {
-  const int y = rect.y + (int)get_global_id(1);
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += LANES) {
-    const int x = rect.x + i, e = element(layout, x, y);
-    const lane_float z = LOAD(depth + e);
-    const lane_int visible = (z > 0.0f) & ((lane_float)(x) + LANE_INDEX < (lane_float)(width)) & (y < height ? ~0 : 0);
-    if (!ANY(visible)) {
-      STORE_BYTES((lane_uchar)(HF_NOT_VISIBLE), usable + e);
-      continue;
-    }
-    view_pixels pixels;
-    load_view_pixels(in + HF_PIXEL * e, HF_PIXEL * layout.stride, &pixels);
-    lane_int good = (pixels.coverage >= least_coverage) & (pixels.around > 0.25f);
-    for (int k = 1; k <= reach; ++k) {
-      const lane_int broken = depth_jump(z, LOAD(depth + e - k), jump) | depth_jump(z, LOAD(depth + e + k), jump) |
-                              depth_jump(z, LOAD(depth + e - k * layout.stride), jump) |
-                              depth_jump(z, LOAD(depth + e + k * layout.stride), jump);
-      good &= broken == 0;
-    }
-    if (bend > 0.0f) {
-      const lane_int edge = bent(depth + e, 1, bend) | bent(depth + e, 3, bend) | bent(depth + e, layout.stride, bend) |
-                            bent(depth + e, 3 * layout.stride, bend);
-      good &= edge == 0;
-    }
-    lane_int state = CHOOSE((lane_int)(HF_UNUSABLE), (lane_int)(HF_USED), good);
-    state = CHOOSE((lane_int)(HF_NOT_VISIBLE), state, visible);
-    STORE_BYTES(TO_UCHAR(state), usable + e);
+/* Usable: covered at least `least_coverage` within the blur's reach and no depth jump or hole within `reach` pixels in
+   the row and the column, nor, where `bend` is above 0, an edge between faces within three; `usable` is 0 outside the
+   object (and outside the frame of width x height), HF_UNUSABLE or HF_USED. */
+INLINE void store_planes(const view_pixels* pixels, lane_float z, lane_int visible, __global const float* depth,
+                         hf_layout layout, int e, hf_template k, __global float* value, __global float* dx,
+                         __global float* dy, __global uchar* usable) {
+  lane_int good = (pixels->coverage >= k.least_coverage) & (pixels->around > 0.25f);
+  for (int i = 1; i <= k.reach; ++i) {
+    const lane_int broken = depth_jump(z, LOAD(depth + e - i), k.jump) | depth_jump(z, LOAD(depth + e + i), k.jump) |
+                            depth_jump(z, LOAD(depth + e - i * layout.stride), k.jump) |
+                            depth_jump(z, LOAD(depth + e + i * layout.stride), k.jump);
+    good &= broken == 0;
+  }
+  if (k.bend > 0.0f) {
+    const lane_int edge = bent(depth + e, 1, k.bend) | bent(depth + e, 3, k.bend) |
+                          bent(depth + e, layout.stride, k.bend) | bent(depth + e, 3 * layout.stride, k.bend);
+    good &= edge == 0;
+  }
+  lane_int state = CHOOSE((lane_int)(HF_UNUSABLE), (lane_int)(HF_USED), good);
+  state = CHOOSE((lane_int)(HF_NOT_VISIBLE), state, visible);
+  STORE_BYTES(TO_UCHAR(state), usable + e);
+#pragma unroll
+  for (int c = 0; c < HF_CHANNELS; ++c) {
+    STORE(pixels->value[c], value + e + c * k.plane);
+    STORE(pixels->dx[c], dx + e + c * k.plane);
+    STORE(pixels->dy[c], dy + e + c * k.plane);
+  }
+}
+
+#if HF_STRIPS
+/* Sixteen packed pixels of the render from column x on; outside of the row's `width` there are none. */
+INLINE uint16 rendered_pixels(__global const uint* row, int width, int x) {
+  if (width == 0) return (uint16)(0);
+  const uint16 pixels = as_uint16(LOAD((__global const float*)(row + x)));
+  if (x >= 0 && x + 16 <= width) return pixels;
+  const float16 column = (float)x + LANE_INDEX;
+  return select((uint16)(0), pixels, (column >= 0.0f) & (column < (float)width));
+}
+
+/* What alpha says is unknown is empty, whatever its colour. */
+INLINE void take_view_apart(uint16 pixels, int grey, float16* line) {
+  const uint16 alpha = pixels & 0xff000000u;
+  take_bytes_apart(select((uint16)(0), pixels | 0xff000000u, alpha != 0u), 4, line);
+  if (grey) {
+    line[0] = 0.299f * line[0] + 0.587f * line[LINE_VECTORS] + 0.114f * line[2 * LINE_VECTORS];
+    line[LINE_VECTORS] = line[2 * LINE_VECTORS] = (float16)(0.0f);
+  }
+}
+
+/* Blurred rows that are kept: three for the differences, and one that was stored just now and would be waited for. */
+#define KEPT_ROWS 4
+
+/* Row y of a block that starts at the pixel before the row's first, blurred and normalised, a plane a channel. */
+INLINE void keep_row(const float16* ring, int y, __constant float* taps, const int radius, int vectors, float16* row) {
+  const float16* rows[RING_ROWS];
+  rows_around(ring, y, radius, rows);
+  for (int v = 0; v < vectors; ++v) {
+    const float16 coverage = sum_across(rows, 3 * ROW_VECTORS + v, taps, radius);
+    row[3 * ROW_VECTORS + v] = coverage;
+    const float16 inverse = inverse_of_coverage(coverage);
 #pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
-      STORE(pixels.value[c], value + e + c * plane);
-      STORE(pixels.dx[c], dx + e + c * plane);
-      STORE(pixels.dy[c], dy + e + c * plane);
+      row[c * ROW_VECTORS + v] = inverse * sum_across(rows, c * ROW_VECTORS + v, taps, radius);
     }
   }
 }
+
+INLINE void planes_of_row(const float16* above, const float16* here, const float16* below, __global const float* depth,
+                          hf_layout layout, hf_rect rect, hf_rect block, int y, hf_template k, __global float* value,
+                          __global float* dx, __global float* dy, __global uchar* usable) {
+  const int row_inside = y > rect.y && y < rect.y + rect.height - 1 ? ~0 : 0;
+  for (int v = 0; 16 * v < block.width; ++v) {
+    const int x = block.x + 16 * v, e = element(layout, x, y);
+    const float16 z = LOAD(depth + e);
+    const int16 visible = visible_pixels(z, x, y, k);
+    if (!any(visible)) {
+      STORE_BYTES((uchar16)(HF_NOT_VISIBLE), usable + e);
+      continue;
+    }
+    view_pixels pixels;
+    const float *left = (const float*)(here + v), *up = (const float*)(above + v) + 1;
+    const float* down = (const float*)(below + v) + 1;
+#pragma unroll
+    for (int c = 0; c < HF_CHANNELS; ++c) {
+      const int i = 16 * c * ROW_VECTORS;
+      pixels.value[c] = LOAD_PRIVATE(left + i + 1);
+      pixels.dx[c] = 0.5f * (LOAD_PRIVATE(left + i + 2) - LOAD_PRIVATE(left + i));
+      pixels.dy[c] = 0.5f * (LOAD_PRIVATE(down + i) - LOAD_PRIVATE(up + i));
+    }
+    const int i = 16 * 3 * ROW_VECTORS;
+    pixels.coverage = LOAD_PRIVATE(left + i + 1);
+    pixels.around = fmin(fmin(LOAD_PRIVATE(left + i), LOAD_PRIVATE(left + i + 2)),
+                         fmin(LOAD_PRIVATE(up + i), LOAD_PRIVATE(down + i)));
+    /* What lies outside of `rect` is not covered. */
+    const float16 column = (float)x + LANE_INDEX;
+    const int16 inside = (column > (float)rect.x) & (column < (float)(rect.x + rect.width - 1)) & row_inside;
+    pixels.around = CHOOSE((float16)(0.0f), pixels.around, inside);
+    store_planes(&pixels, z, visible, depth, layout, e, k, value, dx, dy, usable);
+  }
+}
+
+/* A block, from interleaved pixels or, where there are none, from a packed render of `rect`. */
+INLINE void planes_of_block(__global const float* in, __global const uint* packed, hf_view view, hf_rect rect,
+                            __global const float* depth, hf_layout layout, hf_rect block, __constant float* taps,
+                            const int radius, hf_template k, __global float* value, __global float* dx,
+                            __global float* dy, __global uchar* usable) {
+  float16 line_pair[2 * LINE], ring[RING_ROWS * ROW], kept[KEPT_ROWS * ROW];
+  const int vectors = block.width / 16 + 1, lines = (block.width + 2 + 2 * radius + 15) / 16;
+  const int count = block.height + 2 + 2 * radius, x = block.x - 1 - radius;
+  for (int i = 0; i <= count + 1; ++i) {
+    if (i < count) {
+      const int y = block.y - 1 - radius + i;
+      float16* line = line_pair + i % 2 * LINE;
+      const int width = y >= rect.y && y < rect.y + rect.height ? rect.width : 0;
+      for (int v = 0; v < lines; ++v) {
+        if (in) {
+          take_apart(in + HF_PIXEL * element(layout, x + 16 * v, y), 4, line + v);
+        } else {
+          const uint16 pixels =
+              rendered_pixels(packed + HF_RENDER_GUARD + (y - rect.y) * view.stride, width, x - rect.x + 16 * v);
+          take_view_apart(pixels, view.grey, line + v);
+        }
+      }
+    }
+    if (i > 0 && i <= count) {
+      sum_along(line_pair + (i - 1) % 2 * LINE, taps, radius, 4, vectors, ring + (i - 1) % (2 * radius + 1) * ROW);
+    }
+    const int row = i - 1 - 2 * radius;
+    if (row >= 0 && row < block.height + 2) {
+      keep_row(ring, row, taps, radius, vectors, kept + row % KEPT_ROWS * ROW);
+    }
+    if (row < 3) continue;
+    planes_of_row(kept + (row - 3) % KEPT_ROWS * ROW, kept + (row - 2) % KEPT_ROWS * ROW,
+                  kept + (row - 1) % KEPT_ROWS * ROW, depth, layout, rect, block, block.y + row - 3, k, value, dx, dy,
+                  usable);
+  }
+}
+
+/* Interleaved pixels and depth -> blurred, normalised planes and their differences. The planes are written where the
+   object is. */
+__kernel void pixel_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
+                           __constant float* taps, int radius, hf_template k, __global float* value, __global float* dx,
+                           __global float* dy, __global uchar* usable) {
+  const hf_rect block = block_of(rect);
+  const hf_view none = {0, 0, 0.0f, 0.0f};
+  if (radius == 3) {
+    planes_of_block(in, 0, none, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
+  } else {
+    planes_of_block(in, 0, none, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
+  }
+}
+
+/* The same of a packed render, as it comes. Outside of `rect` nothing is drawn. */
+__kernel void view_planes(__global const uint* packed, hf_view view, hf_rect rect, __global const float* depth,
+                          hf_layout layout, __constant float* taps, int radius, hf_template k, __global float* value,
+                          __global float* dx, __global float* dy, __global uchar* usable) {
+  const hf_rect block = block_of(rect);
+  if (radius == 3) {
+    planes_of_block(0, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
+  } else {
+    planes_of_block(0, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
+  }
+}
+#else
+/* Blurred, normalised pixels -> planes. They are written where the object is. */
+__kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
+                              hf_template k, __global float* value, __global float* dx, __global float* dy,
+                              __global uchar* usable) {
+  const int i = (int)get_global_id(0), x = rect.x + i, y = rect.y + (int)get_global_id(1);
+  if (i >= rect.width) return;
+  const int e = element(layout, x, y), step = HF_PIXEL * layout.stride;
+  const float z = depth[e];
+  const int visible = visible_pixels(z, x, y, k);
+  if (!visible) {
+    usable[e] = HF_NOT_VISIBLE;
+    return;
+  }
+  __global const float* p = in + HF_PIXEL * e;
+  const float4 v = vload4(0, p), left = vload4(0, p - HF_PIXEL), right = vload4(0, p + HF_PIXEL);
+  const float4 up = vload4(0, p - step), down = vload4(0, p + step);
+  const float4 dx4 = 0.5f * (right - left), dy4 = 0.5f * (down - up);
+  view_pixels pixels;
+  pixels.value[0] = v.x;
+  pixels.value[1] = v.y;
+  pixels.value[2] = v.z;
+  pixels.coverage = v.w;
+  pixels.dx[0] = dx4.x;
+  pixels.dx[1] = dx4.y;
+  pixels.dx[2] = dx4.z;
+  pixels.dy[0] = dy4.x;
+  pixels.dy[1] = dy4.y;
+  pixels.dy[2] = dy4.z;
+  pixels.around = fmin(fmin(left.w, right.w), fmin(up.w, down.w));
+  store_planes(&pixels, z, visible, depth, layout, e, k, value, dx, dy, usable);
+}
+#endif

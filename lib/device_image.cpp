@@ -1,6 +1,7 @@
 #include "device_image.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace holdfast {
 namespace {
@@ -83,7 +84,7 @@ void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
     const std::size_t height = static_cast<std::size_t>(frame.height);
     copy_rows(height + first / 2, height + (last + 1) / 2);
   }
-  enqueue_convert(staging_, frame.format, 0, packed, region);
+  set_frame(staging_, frame.format, 0, packed, region);
 }
 
 void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& region) {
@@ -98,34 +99,40 @@ void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& regio
   if (buffer.getInfo<CL_MEM_SIZE>() < frame.offset_bytes + frame_bytes(frame.format, frame.height, stride)) {
     throw Error(ErrorCode::image, "the frame's OpenCL buffer is smaller than its size, stride and offset say");
   }
-  enqueue_convert(buffer, frame.format, frame.offset_bytes, stride, region);
+  set_frame(buffer, frame.format, frame.offset_bytes, stride, region);
 }
 
-void DeviceImage::enqueue_convert(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
-                                  const Rect& region) {
+void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
+                            const Rect& region) {
   region_ = region;
-  grey_ = format == PixelFormat::grey8;
-  kernel::hf_frame frame{};
-  frame.width = camera_.width;
-  frame.height = camera_.height;
-  frame.offset = static_cast<int>(offset);
-  frame.stride = static_cast<int>(stride);
-  frame.distorted = camera_.has_distortion() ? 1 : 0;
-  frame.fx = static_cast<float>(camera_.fx);
-  frame.fy = static_cast<float>(camera_.fy);
-  frame.cx = static_cast<float>(camera_.cx);
-  frame.cy = static_cast<float>(camera_.cy);
-  float* coefficients[] = {&frame.k1, &frame.k2, &frame.p1, &frame.p2, &frame.k3, &frame.k4, &frame.k5, &frame.k6};
+  bytes_ = buffer;
+  format_ = format;
+  frame_ = {};
+  frame_.width = camera_.width;
+  frame_.height = camera_.height;
+  frame_.offset = static_cast<int>(offset);
+  frame_.stride = static_cast<int>(stride);
+  frame_.distorted = camera_.has_distortion() ? 1 : 0;
+  frame_.fx = static_cast<float>(camera_.fx);
+  frame_.fy = static_cast<float>(camera_.fy);
+  frame_.cx = static_cast<float>(camera_.cx);
+  frame_.cy = static_cast<float>(camera_.cy);
+  float* coefficients[] = {&frame_.k1, &frame_.k2, &frame_.p1, &frame_.p2,
+                           &frame_.k3, &frame_.k4, &frame_.k5, &frame_.k6};
   for (std::size_t i = 0; i < 8; ++i) *coefficients[i] = static_cast<float>(camera_.distortion[i]);
+  converted_ = false;
+  coarsest_made_ = 0;
+}
 
-  cl::Kernel& convert = convert_[static_cast<std::size_t>(format)];
-  convert.setArg(0, buffer);
-  convert.setArg(1, frame);
-  convert.setArg(2, to_kernel(region));
+void DeviceImage::enqueue_convert() {
+  if (std::exchange(converted_, true)) return;
+  cl::Kernel& convert = convert_[static_cast<std::size_t>(format_)];
+  convert.setArg(0, bytes_);
+  convert.setArg(1, frame_);
+  convert.setArg(2, to_kernel(region_));
   convert.setArg(3, levels_[0].layout);
   convert.setArg(4, levels_buffers_[0].pixels);
-  device_.enqueue_rows(convert, region.width, region.height);
-  coarsest_made_ = 0;
+  device_.enqueue_rows(convert, region_.width, region_.height);
 }
 
 void DeviceImage::enqueue_halves(std::size_t level) {
@@ -150,8 +157,15 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
-  enqueue_halves(l);
-  filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred);
+  const bool distorted = frame_.distorted != 0;
+  if (l == 0 && !distorted && filter_.blurs_frames(format_)) {
+    filter_.enqueue_blur(bytes_, format_, frame_, level, rect, buffers.blurred);
+  } else {
+    enqueue_convert();
+    enqueue_halves(l);
+    const Rect covered = distorted ? Rect{} : Rect{0, 0, camera_.width >> l, camera_.height >> l};
+    filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred, covered);
+  }
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
   // frame's own border the blur is normalised by coverage and only the outermost difference is not.

@@ -18,12 +18,13 @@ class DeviceImage {
   /// Region of level 0 that contains `wanted` and that every level can be made of.
   Rect region(const Rect& wanted) const;
 
-  /// Copies the rows that `region` needs (all rows when the lens distorts) and converts them. The frame's memory must
-  /// stay valid until the queue has been waited for.
+  /// Copies the rows that `region` needs (all rows when the lens distorts). The frame's memory must stay valid until
+  /// the queue has been waited for.
   void enqueue_upload(const ImageView& frame, const Rect& region);
   void enqueue_upload(const DeviceImageView& frame, const Rect& region);
 
-  /// Blurs a level inside `rect_of_level` (of the uploaded region); halves down to it where that was not yet done.
+  /// Blurs a level inside `rect_of_level` (of the uploaded region); converts the frame and halves down to the level
+  /// where that is needed and was not yet done.
   void enqueue_blur(int level, const Rect& rect_of_level);
 
   /// Interleaved: three channels, coverage.
@@ -31,7 +32,7 @@ class DeviceImage {
   /// Level pixels [x, x + width) x [y, y + height) whose central differences are exact.
   const Rect& valid(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].valid; }
   /// One channel only.
-  bool grey() const { return grey_; }
+  bool grey() const { return format_ == PixelFormat::grey8; }
 
  private:
   struct LevelBuffers {
@@ -39,8 +40,9 @@ class DeviceImage {
     Rect valid;
   };
 
-  void enqueue_convert(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
-                       const Rect& region);
+  void set_frame(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
+                 const Rect& region);
+  void enqueue_convert();
   void enqueue_halves(std::size_t level);
 
   const Device::Impl& device_;
@@ -51,8 +53,11 @@ class DeviceImage {
   cl::Buffer staging_;
   std::array<cl::Kernel, 6> convert_;
   Rect region_;
-  std::size_t coarsest_made_ = 0;  ///< of the uploaded region
-  bool grey_ = false;
+  cl::Buffer bytes_;  ///< of the frame, as it came
+  kernel::hf_frame frame_{};
+  PixelFormat format_ = PixelFormat::bgr8;
+  bool converted_ = false;         ///< the uploaded region
+  std::size_t coarsest_made_ = 0;  ///< of it
 };
 
 }  // namespace holdfast

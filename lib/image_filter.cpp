@@ -29,6 +29,12 @@ ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(dev
   taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, taps.size() * sizeof(float), taps.data());
   halve_ = device.kernel("halve");
   blur_ = device.kernel("blur");
+  if (!device.strips) return;
+  static_assert(static_cast<int>(PixelFormat::bgr8) == HF_BGR8 && static_cast<int>(PixelFormat::rgb8) == HF_RGB8 &&
+                static_cast<int>(PixelFormat::rgba8) == HF_RGBA8 && static_cast<int>(PixelFormat::grey8) == HF_GREY8);
+  for (const char* name : {"blur_bgr8", "blur_rgb8", "blur_rgba8", "blur_grey8"}) {
+    blur_frame_.push_back(device.kernel(name));
+  }
 }
 
 void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
@@ -41,15 +47,34 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
   device_.enqueue_rows(halve_, rect.width, rect.height);
 }
 
-void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out) {
+void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const {
   const int columns = device_.strips ? HF_BLUR_COLUMNS : HF_TILE, rows = device_.strips ? HF_BLUR_ROWS : HF_TILE;
+  device_.enqueue_tiles(kernel, (rect.width + columns - 1) / columns, (rect.height + rows - 1) / rows);
+}
+
+void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
+                               const Rect& covered) {
   blur_.setArg(0, in);
   blur_.setArg(1, level.layout);
   blur_.setArg(2, to_kernel(rect));
   blur_.setArg(3, taps_);
   blur_.setArg(4, radius_);
   blur_.setArg(5, out);
-  device_.enqueue_tiles(blur_, (rect.width + columns - 1) / columns, (rect.height + rows - 1) / rows);
+  blur_.setArg(6, to_kernel(covered));
+  enqueue_blocks(blur_, rect);
+}
+
+void ImageFilter::enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
+                               const Level& level, const Rect& rect, const cl::Buffer& out) {
+  cl::Kernel& blur = blur_frame_[static_cast<std::size_t>(format)];
+  blur.setArg(0, in);
+  blur.setArg(1, frame);
+  blur.setArg(2, level.layout);
+  blur.setArg(3, to_kernel(rect));
+  blur.setArg(4, taps_);
+  blur.setArg(5, radius_);
+  blur.setArg(6, out);
+  enqueue_blocks(blur, rect);
 }
 
 }  // namespace holdfast

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "device_impl.hpp"
+#include "holdfast/image_view.hpp"
 #include "levels.hpp"
 
 namespace holdfast {
@@ -16,6 +17,8 @@ class ImageFilter {
 
   /// Pixels beyond which the blur does not reach.
   int radius() const { return radius_; }
+  /// Those of gaussian_taps(), for kernels.
+  const cl::Buffer& taps() const { return taps_; }
 
   /// Weights of a one-dimensional Gaussian: [0] the centre, then one side; they sum to one over both sides.
   static std::vector<float> gaussian_taps(double sigma);
@@ -24,14 +27,25 @@ class ImageFilter {
   void enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
                      const cl::Buffer& out);
   /// Blurs interleaved premultiplied pixels and divides by coverage. `rect` starts and is wide in whole vectors of four
-  /// pixels.
-  void enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out);
+  /// pixels; in `covered` coverage is known to be 1 everywhere.
+  void enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
+                    const Rect& covered = {});
+
+  /// Whether frames of this format, as no lens distorts them, can be blurred as they come, without being converted.
+  bool blurs_frames(PixelFormat format) const { return static_cast<std::size_t>(format) < blur_frame_.size(); }
+  /// The same of such a frame.
+  void enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Level& level,
+                    const Rect& rect, const cl::Buffer& out);
+
+  /// Enqueues a kernel that blurs as it goes, an item (or a group) a block of `rect`.
+  void enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const;
 
  private:
   const Device::Impl& device_;
   int radius_;
   cl::Buffer taps_;
   cl::Kernel halve_, blur_;
+  std::vector<cl::Kernel> blur_frame_;  ///< one a format
 };
 
 inline kernel::hf_rect to_kernel(const Rect& rect) { return {rect.x, rect.y, rect.width, rect.height}; }

@@ -31,6 +31,8 @@ void Tracker::Impl::warm_up() {
     frame.height = camera_.height;
     frame.format = format;
     image_.enqueue_upload(frame, image_.region(rect));
+    // The finest is blurred as it comes, the next from what it is converted to.
+    for (int level = 0; level < std::min(2, options_.levels); ++level) image_.enqueue_blur(level, coarser(rect, level));
   };
   const Rect corner{0, 0, 1, 1};
   for (const PixelFormat format : {PixelFormat::bgr8, PixelFormat::rgb8, PixelFormat::grey8}) see(format, corner);

@@ -21,6 +21,7 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
     : device_(device),
       levels_(levels),
       filter_(filter),
+      template_planes_(device, filter, levels[0]),
       renderer_(mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
                 options) {
   for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
@@ -36,15 +37,15 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
     pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
   }
   const std::size_t largest = levels[0].elements;
-  blurred_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
-  rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * 4);
+  before_motion_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
+  rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, (largest + 2 * HF_RENDER_GUARD) * 4);
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   host_rgba_.resize(largest * 4);
   host_depth_.resize(largest);
   unpack_ = device.kernel("unpack_view");
+  unpack_depth_ = device.kernel("unpack_depth");
   motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
-  template_planes_ = device.kernel("template_planes");
 }
 
 Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
@@ -96,7 +97,7 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   if (copied_()) copied_.wait();
   const DepthRange range = range_ =
       renderer_.render(T_camera_object, level.camera, rect, {host_rgba_.data(), host_depth_.data(), rect.width});
-  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, 0, pixel_count * 4, host_rgba_.data());
+  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
   device_.queue.flush();
@@ -109,15 +110,26 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   view.grey = grey ? 1 : 0;
   view.near_plane = static_cast<float>(range.near_plane);
   view.far_plane = static_cast<float>(range.far_plane);
-  unpack_.setArg(0, rgba_);
-  unpack_.setArg(1, window_depth_);
-  unpack_.setArg(2, view);
-  unpack_.setArg(3, to_kernel(rect));
-  unpack_.setArg(4, level.layout);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
-  unpack_.setArg(5, moving ? blurred_ : pixels_[f]);
-  unpack_.setArg(6, planes_[f].depth);
-  device_.enqueue_rows(unpack_, rect.width, rect.height);
+  // Strips filter the render as it comes where nothing else is to be made of it.
+  const bool as_it_comes = device_.strips && !moving && count == 1;
+  if (as_it_comes) {
+    unpack_depth_.setArg(0, window_depth_);
+    unpack_depth_.setArg(1, view);
+    unpack_depth_.setArg(2, to_kernel(rect));
+    unpack_depth_.setArg(3, level.layout);
+    unpack_depth_.setArg(4, planes_[f].depth);
+    device_.enqueue_rows(unpack_depth_, rect.width, rect.height);
+  } else {
+    unpack_.setArg(0, rgba_);
+    unpack_.setArg(1, window_depth_);
+    unpack_.setArg(2, view);
+    unpack_.setArg(3, to_kernel(rect));
+    unpack_.setArg(4, level.layout);
+    unpack_.setArg(5, moving ? before_motion_ : pixels_[f]);
+    unpack_.setArg(6, planes_[f].depth);
+    device_.enqueue_rows(unpack_, rect.width, rect.height);
+  }
   if (moving) enqueue_motion_blur(f, rect, exposure);
 
   for (int step = 0; step < count; ++step) {
@@ -133,25 +145,21 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
       halve_depth_.setArg(4, planes.depth);
       device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
     }
-    filter_.enqueue_blur(pixels_[l], levels_[l], level_rect, blurred_);
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
-    const auto jump = static_cast<float>(margin.depth_jump * (1 << l));
-    template_planes_.setArg(0, blurred_);
-    template_planes_.setArg(1, planes.depth);
-    template_planes_.setArg(2, levels_[l].layout);
-    template_planes_.setArg(3, to_kernel(level_rect));
-    template_planes_.setArg(4, levels_[l].width);
-    template_planes_.setArg(5, levels_[l].height);
-    template_planes_.setArg(6, static_cast<float>(margin.least_coverage));
-    template_planes_.setArg(7, jump);
-    template_planes_.setArg(8, margin.jump_reach);
-    template_planes_.setArg(9, planes.value);
-    template_planes_.setArg(10, planes.dx);
-    template_planes_.setArg(11, planes.dy);
-    template_planes_.setArg(12, static_cast<int>(levels_[l].elements));
-    template_planes_.setArg(13, planes.usable);
-    template_planes_.setArg(14, static_cast<float>(margin.bend * (1 << l)));
-    device_.enqueue_rows(template_planes_, level_rect.width, level_rect.height);
+    kernel::hf_template limits{};
+    limits.width = levels_[l].width;
+    limits.height = levels_[l].height;
+    limits.plane = static_cast<int>(levels_[l].elements);
+    limits.least_coverage = static_cast<float>(margin.least_coverage);
+    limits.jump = static_cast<float>(margin.depth_jump * (1 << l));
+    limits.reach = margin.jump_reach;
+    limits.bend = static_cast<float>(margin.bend * (1 << l));
+    const TemplatePlanes::Out out{planes.value, planes.dx, planes.dy, planes.usable};
+    if (as_it_comes) {
+      template_planes_.enqueue_render(rgba_, view, planes.depth, levels_[l], level_rect, limits, out);
+    } else {
+      template_planes_.enqueue(pixels_[l], planes.depth, levels_[l], level_rect, limits, out);
+    }
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};
   }
@@ -230,7 +238,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.cy = static_cast<float>(camera.cy);
   e.light = exposure.light ? 1 : 0;
   e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
-  motion_blur_.setArg(0, blurred_);
+  motion_blur_.setArg(0, before_motion_);
   motion_blur_.setArg(1, planes_[level].depth);
   motion_blur_.setArg(2, levels_[level].layout);
   motion_blur_.setArg(3, to_kernel(rect));

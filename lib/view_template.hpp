@@ -8,6 +8,7 @@
 #include "holdfast/renderer.hpp"
 #include "image_filter.hpp"
 #include "levels.hpp"
+#include "template_planes.hpp"
 
 namespace holdfast {
 
@@ -71,11 +72,12 @@ class ViewTemplate {
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   ImageFilter& filter_;
+  TemplatePlanes template_planes_;
   Renderer renderer_;
   Eigen::AlignedBox3d box_;
   std::vector<Planes> planes_;
   std::vector<cl::Buffer> pixels_;
-  cl::Buffer blurred_;  ///< of the level last enqueued; before that the pixels before motion blur
+  cl::Buffer before_motion_;  ///< the finest level's pixels, not yet blurred by motion
   cl::Buffer rgba_, window_depth_;
   std::vector<std::uint8_t> host_rgba_;
   std::vector<float> host_depth_;
@@ -83,7 +85,7 @@ class ViewTemplate {
   DepthRange range_;  ///< of it
   std::size_t drawn_level_ = 0;
   cl::Event copied_;  ///< of the host memory
-  cl::Kernel unpack_, motion_blur_, halve_depth_, template_planes_;
+  cl::Kernel unpack_, unpack_depth_, motion_blur_, halve_depth_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;
 };

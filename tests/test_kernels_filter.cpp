@@ -1,6 +1,9 @@
 // The Gaussian and halving against sums over whole windows.
 #include <doctest/doctest.h>
 
+#include <array>
+#include <random>
+
 #include "image_filter.hpp"
 #include "support/kernel_checks.hpp"
 
@@ -32,6 +35,68 @@ void check_blur(const Device::Impl& device, Size size) {
   }
 }
 
+/// Where coverage is known to be 1 everywhere it is not looked at.
+void check_blur_covered(const Device::Impl& device, Size size) {
+  const Level level = level_of(size);
+  const double sigma = 1.0;
+  ImageFilter filter(device, sigma);
+  Planes in = random_pixels(size, 8);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) in.at(x, y, 3) = 1;
+  }
+  const cl::Buffer in_buffer = upload(device, to_memory(in, level)), blurred = zeroed(device, level, 4);
+  filter.enqueue_blur(in_buffer, level, whole(level), blurred, {0, 0, size.width, size.height});
+  const auto out = download<float>(device, blurred, level.elements * 4);
+  CHECK(largest_difference(out, level, reference::blurred(in, sigma)) < 2e-6);
+}
+
+/// Frames as they come, blurred without being converted.
+void check_blur_frame(const Device::Impl& device, Size size) {
+  const Level level = level_of(size);
+  struct Layout {
+    PixelFormat format;
+    int bytes;
+    std::array<int, 3> at;  // of red, green and blue in a pixel; -1: none
+  };
+  const std::array<Layout, 4> layouts{{{PixelFormat::bgr8, 3, {2, 1, 0}},
+                                       {PixelFormat::rgb8, 3, {0, 1, 2}},
+                                       {PixelFormat::rgba8, 4, {0, 1, 2}},
+                                       {PixelFormat::grey8, 1, {0, -1, -1}}}};
+  for (const double sigma : {1.0, 1.2}) {  // reaches of 3, written out, and of 4
+    ImageFilter filter(device, sigma);
+    for (const Layout& layout : layouts) {
+      if (!filter.blurs_frames(layout.format)) {
+        CHECK(!device.strips);
+        continue;
+      }
+      CAPTURE(static_cast<int>(layout.format));
+      kernel::hf_frame frame{};
+      frame.width = size.width;
+      frame.height = size.height;
+      frame.offset = 3;
+      frame.stride = layout.bytes * size.width + 5;
+      std::vector<std::uint8_t> bytes(static_cast<std::size_t>(frame.offset + frame.stride * size.height));
+      std::mt19937 random(12);
+      for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
+      Planes pixels(size.width, size.height, 4);
+      for (int y = 0; y < size.height; ++y) {
+        for (int x = 0; x < size.width; ++x) {
+          const int pixel = frame.offset + y * frame.stride + layout.bytes * x;
+          for (int c = 0; c < 3; ++c) {
+            const int at = layout.at[static_cast<std::size_t>(c)];
+            if (at >= 0) pixels.at(x, y, c) = bytes[static_cast<std::size_t>(pixel + at)] / 255.0;
+          }
+          pixels.at(x, y, 3) = 1;
+        }
+      }
+      const cl::Buffer in = upload(device, bytes), blurred = zeroed(device, level, 4);
+      filter.enqueue_blur(in, layout.format, frame, level, whole(level), blurred);
+      const auto out = download<float>(device, blurred, level.elements * 4);
+      CHECK(largest_difference(out, level, reference::blurred(pixels, sigma)) < 2e-6);
+    }
+  }
+}
+
 void check_halve(const Device::Impl& device, Size size) {
   Camera camera{size.width, size.height, 100, 100, 0, 0, {}};
   const auto levels = make_levels(camera, 2);
@@ -55,4 +120,6 @@ void check_halve(const Device::Impl& device, Size size) {
 }  // namespace
 
 SMALL_AND_LARGE("blur", check_blur)
+SMALL_AND_LARGE("blur of what is covered everywhere", check_blur_covered)
+SMALL_AND_LARGE("blur of frames as they come", check_blur_frame)
 SMALL_AND_LARGE("halving", check_halve)

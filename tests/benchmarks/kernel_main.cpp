@@ -27,7 +27,7 @@ double milliseconds_of(const auto& work) {
 
 /// Pixels that a kernel computes for, which are those of whole vectors with any pixel in them that it is about.
 struct ActivePixels {
-  double template_planes = 0, occlusion_tests = 0, flow_constraints = 0;
+  double occlusion_tests = 0, flow_constraints = 0;
 };
 
 template <typename IsWanted>
@@ -44,10 +44,9 @@ double whole_vectors(const PixelMask& mask, int lanes, const IsWanted& is_wanted
 
 /// Of one frame in paper mode, where each kernel of these runs once, at full resolution, on every row.
 ActivePixels active_pixels(const PixelMask& mask) {
-  const auto visible = [](std::uint8_t c) { return c != static_cast<std::uint8_t>(PixelClass::not_visible); };
   const auto tested = [](std::uint8_t c) { return c >= static_cast<std::uint8_t>(PixelClass::no_gradient); };
   const auto passed = [](std::uint8_t c) { return c >= static_cast<std::uint8_t>(PixelClass::rejected_vote); };
-  return {whole_vectors(mask, 4, visible), whole_vectors(mask, 16, tested), whole_vectors(mask, 16, passed)};
+  return {whole_vectors(mask, 16, tested), whole_vectors(mask, 16, passed)};
 }
 
 nlohmann::json profile_frames(DeviceLimits& limits, const Scene& scene, const TrackerOptions& options) {
@@ -95,14 +94,12 @@ nlohmann::json profile_frames(DeviceLimits& limits, const Scene& scene, const Tr
     for (std::size_t i = 0; i < count; ++i) {
       tracker.track(scene.frame(i));
       const ActivePixels active = active_pixels(tracker.pixel_mask());
-      sum.template_planes += active.template_planes;
       sum.occlusion_tests += active.occlusion_tests;
       sum.flow_constraints += active.flow_constraints;
     }
     const auto add = [&](const char* kernel, double pixels) {
       if (kernels.contains(kernel)) kernels[kernel]["active"] = pixels / static_cast<double>(count);
     };
-    add("template_planes", sum.template_planes);
     add("occlusion_tests", sum.occlusion_tests);
     add("flow_constraints", sum.flow_constraints);
     take_profile(queue);

@@ -8,14 +8,18 @@ SIZES = ("512x256", "640x480", "1280x720")
 MODES = ("default", "fast", "paper")
 # Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
 # one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
-# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode).
+# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode); pixel_planes and
+# view_planes skip only the last step there, and are counted as if they did not.
 WORK = {
     "convert_bgr8": ("region", 19, 3),
     "halve": ("region", 80, 16),
     "halve_depth": ("region", 20, 8),
     "unpack_view": ("region", 28, 9),
+    "unpack_depth": ("region", 8, 4),
     "blur": ("region", 32, 85),
-    "template_planes": ("active", 57, 32),
+    "blur_bgr8": ("region", 19, 66),
+    "pixel_planes": ("region", 57, 117),
+    "view_planes": ("region", 45, 120),
     "occlusion_tests": ("active", 82, 314),
     "flow_constraints": ("active", 54, 397),
 }
