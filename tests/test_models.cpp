@@ -403,6 +403,17 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(0.15F, 600).find("600 m away") != std::string::npos);
   CHECK(at(0.15F, 600).find("millimetres") != std::string::npos);
   CHECK(at(5, 0.1).find("--model-scale 0.001") != std::string::npos);  // a 5 mm object in millimetres
-  camera.width = camera.height = 0;                                    // "fx fy cx cy" text knows no size
+  const auto seen_by = [&](int width, int height, double fx, double fy) {
+    const Camera lens{width, height, fx, fy, 0.5 * (width - 1), 0.5 * (height - 1), {}};
+    Pose pose = Pose::Identity();
+    pose.translation().z() = 0.6;
+    return io::unit_warning(box(0.15F), pose, lens).value_or("");
+  };
+  CHECK(seen_by(640, 480, 4, 4).find("only 4 pixels, for pictures of 640x480: is it in millimetres?") !=
+        std::string::npos);
+  CHECK(seen_by(640, 480, 65, 47).find("is it in millimetres?") != std::string::npos);
+  CHECK(seen_by(640, 480, 65, 65).empty());  // 157 degrees wide
+  CHECK(seen_by(4, 480, 4.1, 650).find("focal") == std::string::npos);
+  camera.width = camera.height = 0;  // "fx fy cx cy" text knows no size
   CHECK(at(0.15F, 600).find("600 m away") != std::string::npos);
 }

@@ -24,7 +24,8 @@ HOLDFAST_EXPORT Mesh load_model(const std::filesystem::path& path, double scale 
 HOLDFAST_EXPORT void save_model(const std::filesystem::path& path, const Mesh& mesh);
 
 /// A warning naming the likely unit when the object is under 1 mm or over 10 m, or when, seen at this pose, it is about
-/// 1000 times too large or too small for the picture; nothing when the size is plausible.
+/// 1000 times too large or too small for the picture, or when the focal length is too short for any lens and probably
+/// in millimetres; nothing when all is plausible.
 HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                                         const std::optional<Camera>& camera);
 

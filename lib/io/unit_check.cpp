@@ -48,11 +48,12 @@ Unit likely_unit(double size) {
 std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                         const std::optional<Camera>& camera) {
   const double picture = camera ? std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx}) : 0;
-  if (camera && camera->fx > 0 && picture > kWidest * camera->fx) {
+  if (camera && (camera->width > kWidest * camera->fx || camera->height > kWidest * camera->fy)) {
     return fmt::format(
-        "the focal length is only {:.3g} pixels, for pictures {:.0f} wide: is it in millimetres? in pixels it is that "
-        "over the sensor's width, times the picture's",
-        camera->fx, picture);
+        "the focal length is only {:.3g} pixels, for pictures of {}x{}: is it in millimetres? in pixels it is that "
+        "over "
+        "the sensor's width, times the picture's",
+        camera->fx, camera->width, camera->height);
   }
   const double size = extent(mesh);
   if (!(size > 0)) {
