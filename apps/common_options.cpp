@@ -235,6 +235,9 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--light-texels,!--no-light-texels", [](O& o) -> bool& { return o.light_texels; },
       "Average texels as light where the frames show that a camera did; otherwise as encoded values");
   add(
+      app, "--lens-blur,!--no-lens-blur", [](O& o) -> bool& { return o.lens_blur; },
+      "Draw the texture as blurred as the lens makes it, measured in the frames");
+  add(
       app, "--mean-gradient,!--no-mean-gradient", [](O& o) -> bool& { return o.mean_gradient; },
       "Rows from the mean of rendered and frame gradients");
   add(

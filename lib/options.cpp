@@ -27,6 +27,7 @@ TrackerOptions TrackerOptions::paper() {
   options.photometric = false;
   options.shading = false;
   options.light_texels = false;
+  options.lens_blur = false;
   options.mean_gradient = false;
   options.correlation_search = false;
   options.motion_blur = false;
@@ -41,6 +42,7 @@ TrackerOptions TrackerOptions::paper() {
 TrackerOptions TrackerOptions::fast() {
   TrackerOptions options;
   options.mode = Mode::fast;
+  options.lens_blur = false;  // seen at half the resolution it matters little
   options.texture_samples = 1;
   options.mesh_deviation = 0.2;
   options.most_pixels = 16000;

@@ -31,6 +31,7 @@ struct Program {
   GLint clip_from_object = -1;
   GLint camera_from_object = -1;
   GLint shading = -1;
+  GLint spread = -1;
 };
 
 /// The mesh, or a level of it, as the driver holds it.
@@ -54,6 +55,10 @@ struct LightTexture {
 };
 
 constexpr int kSmallestClass = 64;  // pixels
+constexpr double kMostLensBlur = 4;
+/// Square pixels that a sharp pixel's samples are spread by: a quarter pixel off the centre, of texels of half a pixel
+/// with linear interpolation between them.
+constexpr double kSharpVariance = 0.125;
 
 [[noreturn]] void fail(ErrorCode code, const std::string& message) { throw Error(code, "renderer: " + message); }
 
@@ -150,6 +155,7 @@ struct Renderer::Impl {
   bool lit = false;                       ///< shading is going to be set
   bool light_texels = false;              ///< are what is drawn
   std::optional<LightEncoding> encoding;  ///< of light texels, where they are going to be asked for
+  float spread = 1;                       ///< of a pixel's samples, beside that of a sharp one
   double texel_length = 0;                ///< metres that texels may be long where light is interpolated between them
   Eigen::Vector3d center;
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
@@ -276,6 +282,7 @@ Program Renderer::Impl::link(const std::string& variant) const {
   program.clip_from_object = gl.get_uniform_location(program.name, "clip_from_object");
   program.camera_from_object = gl.get_uniform_location(program.name, "camera_from_object");
   program.shading = gl.get_uniform_location(program.name, "shading");
+  program.spread = gl.get_uniform_location(program.name, "spread");
   return program;
 }
 
@@ -512,6 +519,7 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
       gl.uniform3(program.shading, 1, shading.data());
     }
     if (look == Appearance::textured) {
+      gl.uniform1(program.spread, spread);
       const MaterialState& material = materials[batch.material];
       gl.bind_texture(GL_TEXTURE_2D, light_texels ? material.light_texture : material.texture);
     }
@@ -567,6 +575,14 @@ void Renderer::set_shading(const Eigen::Vector3d& shading) {
     fail(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
   }
   impl_->shading = shading.cast<float>();
+}
+
+void Renderer::set_lens_blur(double sigma) {
+  if (!(sigma >= 0 && sigma <= kMostLensBlur)) {
+    fail(ErrorCode::invalid_argument, "the lens blurs by " + std::to_string(sigma) + " pixels; it must be in [0, " +
+                                          std::to_string(kMostLensBlur) + "]");
+  }
+  impl_->spread = static_cast<float>(std::sqrt(1 + sigma * sigma / kSharpVariance));
 }
 
 void Renderer::set_light_texels(bool light) {

@@ -211,7 +211,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
   }
   best = estimate;
   if (options_.motion_blur) measure_exposure(best);
-  measure_texels(best);
+  measure_optics(best);
   remember_score(best);
   return true;
 }
@@ -318,7 +318,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
         if (moved_ && is_good(best)) {
           if (options_.motion_blur) measure_exposure(best);
-          measure_texels(best);
+          measure_optics(best);
         }
         if (is_good(best)) {
           if (coarse && !elsewhere) look_.usual_score += kScoreMemory * (starts[0].score - look_.usual_score);

@@ -79,8 +79,14 @@ struct Tracker::Impl {
   Estimate fit(const Pose& T_camera_object, double exposure, bool light);
   /// Measures how long the shutter is open where motion lets it be seen.
   void measure_exposure(const Estimate& estimate);
-  /// Measures, now and then, whether the frame's renderer or camera has averaged texels as light.
-  void measure_texels(const Estimate& estimate);
+  /// Measures, now and then, how the camera shows the texture.
+  void measure_optics(const Estimate& estimate);
+  /// Whether it averages texels as light, as a camera does, or as encoded values, as many a renderer does.
+  void measure_texels(const Pose& T_camera_object);
+  /// How much the lens blurs.
+  void measure_lens(const Pose& T_camera_object);
+  /// Mean square that the constraints leave over at the best pose next to this one when the view is drawn so; 0: none.
+  double left_over(const Pose& T_camera_object, bool light_texels, double lens_variance);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.

@@ -33,14 +33,9 @@ constexpr double kTellingMotion = 6, kExposureStep = 0.2;
 constexpr int kExposureMemory = 6;
 /// What another exposure must score beside the present one to be believed.
 constexpr double kBetterExposure = 1.03;
-/// Frames that how texels are averaged is measured in at first; held frames between later ones, a sixteenth of them
-/// while what was measured is not clear; measurements that it is a mean of.
-constexpr int kTexelMeasurements = 2, kTexelPause = 64, kTexelMemory = 8;
-/// What that mean must be to be believed, and to be clear.
-constexpr double kBetterTexels = 0.01, kClearTexels = 0.03;
 
 /// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
-double coverage_at_margin(int margin, double sigma) {
+double coverage_at_margin(double margin, double sigma) {
   if (margin <= 0 || sigma <= 0) return 0.5;
   return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
 }
@@ -70,7 +65,10 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   const Stopwatch watch(times_.filter);
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
-  const double full = coverage_at_margin(options_.silhouette_margin, options_.blur_sigma);
+  // The lens carries what is behind the object farther in.
+  const double lens = std::sqrt(look_.lens_variance) / (1 << finest);
+  const double wider = options_.blur_sigma > 0 ? std::hypot(1.0, lens / options_.blur_sigma) : 1.0;
+  const double full = coverage_at_margin((options_.silhouette_margin + 0.5) * wider - 0.5, options_.blur_sigma);
   ViewTemplate::Margin margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
@@ -85,6 +83,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   }
   view_.renderer().set_shading(look_.shading.direction());
   if (options_.light_texels) view_.renderer().set_light_texels(look_.light_texels);
+  view_.renderer().set_lens_blur(lens);
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
@@ -364,32 +363,6 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
     look_.exposure = std::clamp(present + step / (2 + std::min(look_.exposure_settled, kExposureMemory)), 0.0, 1.0);
     ++look_.exposure_settled;
   }
-}
-
-void Tracker::Impl::measure_texels(const Estimate& estimate) {
-  // Not in the first frame, which takes long enough.
-  if (!options_.light_texels || !textured_ || course_.gradient_pixels <= 0) return;
-  // A texture too soft, and blur by motion that is not drawn yet, look alike.
-  if (corner_motion(motion_.pose(), estimate.T_camera_object) > kTellingMotion && look_.exposure_settled < 3) return;
-  const int pause = std::abs(look_.light_evidence) > kClearTexels ? kTexelPause : kTexelPause / 16;
-  if (look_.light_measured >= kTexelMeasurements && ++look_.unmeasured_frames < pause) return;
-  look_.unmeasured_frames = 0;
-  const auto residual = [&](bool light) {
-    look_.light_texels = light;
-    if (!draw(estimate.T_camera_object, finest_, 1)) return 0.0;
-    // Twice: once for its gain and bias.
-    evaluate(finest_, Pose::Identity());
-    const ConstraintSums sums = evaluate(finest_, Pose::Identity());
-    return std::sqrt(sums.weighted_square / std::max(1.0, sums.weight));
-  };
-  // The present ones last: others read what is left of this frame.
-  const bool present = look_.light_texels;
-  const double other = residual(!present), here = residual(present);
-  if (other <= 0 || here <= 0) return;
-  const double evidence = (present ? 1 : -1) * std::log(other / here);
-  look_.light_measured = std::min(look_.light_measured + 1, kTexelMemory);
-  look_.light_evidence += (evidence - look_.light_evidence) / look_.light_measured;
-  if ((present ? -1 : 1) * look_.light_evidence > kBetterTexels) look_.light_texels = !present;
 }
 
 }  // namespace holdfast

@@ -65,6 +65,10 @@ class HOLDFAST_EXPORT Renderer {
   /// first: as bright as its texture.
   void set_shading(const Eigen::Vector3d& shading);
 
+  /// How much the lens blurs, standard deviation in pixels, 0 (at first) to 4: textures are drawn so from now on, edges
+  /// of the object stay sharp. Costs nothing. Throws Error(invalid_argument) for another value.
+  void set_lens_blur(double sigma);
+
   /// Whether texels are averaged and interpolated as the light that they stand for (sRGB), as a camera does it, from
   /// now on; otherwise, and at first, as their encoded values, as many a renderer does it. Edges between bright and
   /// dark texels lie elsewhere then. Throws Error(invalid_argument) when the option light_texels was not given.
