@@ -66,6 +66,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options) {
   require_same(options.correlation_search, paper.correlation_search, "--correlation-search");
   require_same(options.search_radius, paper.search_radius, "--search-radius");
   require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
+  require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
   require_same(options.recovery, paper.recovery, "--recovery");
 }

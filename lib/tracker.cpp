@@ -543,6 +543,7 @@ RenderedView Tracker::rendered_view() const {
   view.depth.assign(count, 1.0f);
   impl.view_.renderer().set_shading(Eigen::Vector3d::Zero());
   impl.view_.renderer().set_light_texels(false);
+  impl.view_.renderer().set_lens_blur(0);
   const DepthRange range =
       impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
                                    {view.rgba.data(), view.depth.data(), 0});
