@@ -143,10 +143,7 @@ INLINE void planes_of_row(const float16* above, const float16* here, const float
     const int x = block.x + 16 * v, e = element(layout, x, y);
     const float16 z = LOAD(depth + e);
     const int16 visible = visible_pixels(z, x, y, k);
-    if (!any(visible)) {
-      STORE_BYTES((uchar16)(HF_NOT_VISIBLE), usable + e);
-      continue;
-    }
+    if (!any(visible)) continue;
     view_pixels pixels;
     const float *left = (const float*)(here + v), *up = (const float*)(above + v) + 1;
     const float* down = (const float*)(below + v) + 1;
@@ -167,6 +164,31 @@ INLINE void planes_of_row(const float16* above, const float16* here, const float
     pixels.around = CHOOSE((float16)(0.0f), pixels.around, inside);
     store_planes(&pixels, z, visible, depth, layout, e, k, value, dx, dy, usable);
   }
+}
+
+/* The part of a block, in whole vectors, that has visible pixels; vectors without any are marked so. */
+INLINE hf_rect visible_part(__global const float* depth, hf_layout layout, hf_rect block, hf_template k,
+                            __global uchar* usable) {
+  int left = block.width, right = 0, top = block.height, bottom = 0;
+  for (int y = 0; y < block.height; ++y) {
+    for (int x = 0; x < block.width; x += 16) {
+      const int e = element(layout, block.x + x, block.y + y);
+      if (!any(visible_pixels(LOAD(depth + e), block.x + x, block.y + y, k))) {
+        STORE_BYTES((uchar16)(HF_NOT_VISIBLE), usable + e);
+        continue;
+      }
+      left = min(left, x);
+      right = max(right, x + 16);
+      top = min(top, y);
+      bottom = y + 1;
+    }
+  }
+  hf_rect part;
+  part.x = block.x + left;
+  part.y = block.y + top;
+  part.width = max(0, right - left);
+  part.height = max(0, bottom - top);
+  return part;
 }
 
 /* A block, from interleaved pixels or, where there are none, from a packed render of `rect`. */
@@ -211,7 +233,8 @@ INLINE void planes_of_block(__global const float* in, __global const uint* packe
 __kernel void pixel_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
                            __constant float* taps, int radius, hf_template k, __global float* value, __global float* dx,
                            __global float* dy, __global uchar* usable) {
-  const hf_rect block = block_of(rect);
+  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
+  if (block.width == 0) return;
   const hf_view none = {0, 0, 0.0f, 0.0f};
   if (radius == 3) {
     planes_of_block(in, 0, none, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
@@ -224,7 +247,8 @@ __kernel void pixel_planes(__global const float* in, __global const float* depth
 __kernel void view_planes(__global const uint* packed, hf_view view, hf_rect rect, __global const float* depth,
                           hf_layout layout, __constant float* taps, int radius, hf_template k, __global float* value,
                           __global float* dx, __global float* dy, __global uchar* usable) {
-  const hf_rect block = block_of(rect);
+  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
+  if (block.width == 0) return;
   if (radius == 3) {
     planes_of_block(0, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
   } else {

@@ -112,13 +112,19 @@ int usability(const Planes& in, const Planes& depth, int x, int y, double bend) 
   return good ? HF_USED : HF_UNUSABLE;
 }
 
-/// Levels of depth far from the jump's limit, and holes.
+/// Levels of depth far from the jump's limit, and holes; nothing outside of a disc, as around an object.
 Planes random_depth(Size size) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(0, 1);
   Planes depth(size.width, size.height, 1);
   for (double& z : depth.values) {
     z = uniform(random) < 0.1 ? 0.0 : uniform(random) < 0.1 ? 0.7f : uniform(random) < 0.1 ? 0.605f : 0.6f;
+  }
+  const double radius = 0.4 * std::max(size.width, size.height);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (std::hypot(x - 0.4 * size.width, y - 0.6 * size.height) > radius) depth.at(x, y, 0) = 0;
+    }
   }
   return depth;
 }
