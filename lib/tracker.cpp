@@ -211,7 +211,6 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
   }
   best = estimate;
   if (options_.motion_blur) measure_exposure(best);
-  measure_optics(best);
   remember_score(best);
   return true;
 }
@@ -316,10 +315,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           if (elsewhere) best = found_there;
         }
         if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
-        if (moved_ && is_good(best)) {
-          if (options_.motion_blur) measure_exposure(best);
-          measure_optics(best);
-        }
+        if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
         if (is_good(best)) {
           if (coarse && !elsewhere) look_.usual_score += kScoreMemory * (starts[0].score - look_.usual_score);
           remember_score(best);
@@ -409,18 +405,13 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
+    const bool first = course_.gradient_pixels <= 0;  // takes long enough
     course_.visible_pixels = result.visible_pixels;
     course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * looked_at_every_;
     look_.surviving_share = std::min(1.0, static_cast<double>(result.usable_pixels) *
                                               (looked_at_every_ << (2 * finest_)) / std::max(1, result.visible_pixels));
     course_.prediction_error =
         motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : Course::kUnknown;
-    if (motion_.moving() && !motion_.lost()) {
-      restlessness_.add(conditioning().conditioned(log_se3(result.T_camera_object * motion_.predicted().inverse())));
-    } else {
-      restlessness_.interrupt();
-    }
-    motion_.advance(result.T_camera_object);
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
     course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
@@ -429,6 +420,19 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       learn_shading();
       keyframes_.remember(result.T_camera_object);
     }
+    if (moved_ && !first) {
+      {
+        const Stopwatch watch(times_.total);
+        measure_optics(result.T_camera_object);
+      }
+      result.ms = times_;
+    }
+    if (motion_.moving() && !motion_.lost()) {
+      restlessness_.add(conditioning().conditioned(log_se3(result.T_camera_object * motion_.predicted().inverse())));
+    } else {
+      restlessness_.interrupt();
+    }
+    motion_.advance(result.T_camera_object);
   } else {
     restore(before);
     motion_.lose();

@@ -79,12 +79,13 @@ struct Tracker::Impl {
   Estimate fit(const Pose& T_camera_object, double exposure, bool light);
   /// Measures how long the shutter is open where motion lets it be seen.
   void measure_exposure(const Estimate& estimate);
-  /// Measures, now and then, how the camera shows the texture.
-  void measure_optics(const Estimate& estimate);
+  /// Measures, now and then, how the camera shows the texture, in a frame that was held with this pose. Changes nothing
+  /// else of what is known.
+  void measure_optics(const Pose& T_camera_object);
   /// Whether it averages texels as light, as a camera does, or as encoded values, as many a renderer does.
-  void measure_texels(const Pose& T_camera_object);
+  void measure_texels(const Pose& T_camera_object, Optics& optics);
   /// How much the lens blurs.
-  void measure_lens(const Pose& T_camera_object);
+  void measure_lens(const Pose& T_camera_object, Optics& optics);
   /// Mean square that the constraints leave over at the best pose next to this one when the view is drawn so; 0: none.
   double left_over(const Pose& T_camera_object, bool light_texels, double lens_variance);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.

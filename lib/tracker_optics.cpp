@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 
 #include "tracker_impl.hpp"
 
@@ -27,10 +26,12 @@ constexpr double kSoftnessStep = 0.25, kSofterStep = 0.35;
 /// Square pixels that are taken for the lens's, and how much of them: noise and compression spoil detail, and least is
 /// left over without it.
 constexpr double kSoft = 0.45, kLensShare = 0.7;
+/// What a soft texture must leave over beside a sharp one to be believed.
+constexpr double kClearlySoft = 0.85;
 /// Square pixels, more than which nothing is told by.
 constexpr double kSoftest = 9;
 
-double median(Look::Softness values, std::size_t count) {
+double median(Optics::Softness values, std::size_t count) {
   std::sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
   return 0.5 * (values[(count - 1) / 2] + values[count / 2]);
 }
@@ -38,76 +39,81 @@ double median(Look::Softness values, std::size_t count) {
 }  // namespace
 
 double Tracker::Impl::left_over(const Pose& T_camera_object, bool light_texels, double lens_variance) {
-  const bool light_texels_before = std::exchange(look_.light_texels, light_texels);
-  const double lens_variance_before = std::exchange(look_.lens_variance, lens_variance);
-  double square = 0;
-  if (draw(T_camera_object, finest_, 1)) {
-    // Once for its gain and bias. Then at its own best pose: the present one favours the present way.
-    evaluate(finest_, Pose::Identity());
-    Pose D = Pose::Identity();
-    const Estimate estimate = iterate(finest_, D, kTellingIterations);
-    if (estimate.solved) square = estimate.sums.weighted_square / std::max(1.0, estimate.sums.weight);
-  }
-  look_.light_texels = light_texels_before;
-  look_.lens_variance = lens_variance_before;
-  return square;
+  look_.optics.light_texels = light_texels;
+  look_.optics.lens_variance = lens_variance;
+  if (!draw(T_camera_object, finest_, 1)) return 0;
+  // Once for its gain and bias. Then at its own best pose: the present one favours the present way.
+  evaluate(finest_, Pose::Identity());
+  Pose D = Pose::Identity();
+  const Estimate estimate = iterate(finest_, D, kTellingIterations);
+  return estimate.solved ? estimate.sums.weighted_square / std::max(1.0, estimate.sums.weight) : 0;
 }
 
-void Tracker::Impl::measure_texels(const Pose& T_camera_object) {
-  const bool present = look_.light_texels;
-  const double other = left_over(T_camera_object, !present, look_.lens_variance);
-  const double here = left_over(T_camera_object, present, look_.lens_variance);
+void Tracker::Impl::measure_texels(const Pose& T_camera_object, Optics& optics) {
+  const bool present = optics.light_texels;
+  const double other = left_over(T_camera_object, !present, optics.lens_variance);
+  const double here = left_over(T_camera_object, present, optics.lens_variance);
   if (other <= 0 || here <= 0) return;
   const double evidence = (present ? 0.5 : -0.5) * std::log(other / here);
-  look_.light_measured = std::min(look_.light_measured + 1, kTexelMemory);
-  look_.light_evidence += (evidence - look_.light_evidence) / look_.light_measured;
-  if ((present ? -1 : 1) * look_.light_evidence > kBetterTexels) look_.light_texels = !present;
+  optics.light_measured = std::min(optics.light_measured + 1, kTexelMemory);
+  optics.light_evidence += (evidence - optics.light_evidence) / optics.light_measured;
+  if ((present ? -1 : 1) * optics.light_evidence > kBetterTexels) optics.light_texels = !present;
 }
 
-void Tracker::Impl::measure_lens(const Pose& T_camera_object) {
-  const std::size_t kept = look_.softness.size();
-  const std::size_t known = std::min(static_cast<std::size_t>(look_.softness_measured), kept);
-  const double present = known > 0 ? median(look_.softness, known) : 0;
+void Tracker::Impl::measure_lens(const Pose& T_camera_object, Optics& optics) {
+  const auto at = [&](double variance) { return left_over(T_camera_object, optics.light_texels, variance); };
+  const std::size_t kept = optics.softness.size();
+  const std::size_t known = std::min(static_cast<std::size_t>(optics.softness_measured), kept);
+  const double present = known > 0 ? median(optics.softness, known) : 0;
   const double pixel = 1 << 2 * finest_;
   const double step = std::max(kSoftnessStep * pixel, kSofterStep * present);
   const double least = std::max(0.0, present - step);
-  std::array<double, 3> square{};
-  for (std::size_t i = 0; i < square.size(); ++i) {
-    square[i] = left_over(T_camera_object, look_.light_texels, least + static_cast<double>(i) * step);
-    if (square[i] <= 0) return;
-  }
+  const std::array<double, 3> square{at(least), at(least + step), at(least + 2 * step)};
+  if (std::min({square[0], square[1], square[2]}) <= 0) return;
   // A parabola through the three. It may have no bottom where one is far off.
   const double bend = square[0] - 2 * square[1] + square[2], slope = 0.5 * (square[2] - square[0]);
   const double steps = bend > 0 ? std::clamp(-slope / bend, -2.0, 2.0) : slope < 0 ? 2.0 : -2.0;
-  look_.softness[static_cast<std::size_t>(look_.softness_measured++) % kept] =
-      std::clamp(least + (1 + steps) * step, 0.0, kSoftest);
-  if (static_cast<std::size_t>(look_.softness_measured) < kept) return;
-  const double softness = median(look_.softness, kept);
-  look_.lens_variance = softness > kSoft * pixel ? kLensShare * softness : 0;
+  double told = std::clamp(least + (1 + steps) * step, 0.0, kSoftest);
+  // Where much else is left over, a flat one's bottom lies anywhere.
+  if (told > kSoft * pixel && at(told) > kClearlySoft * at(0)) told = 0;
+  optics.softness[static_cast<std::size_t>(optics.softness_measured++) % kept] = told;
+  if (static_cast<std::size_t>(optics.softness_measured) < kept) return;
+  const double softness = median(optics.softness, kept);
+  optics.lens_variance = softness > kSoft * pixel ? kLensShare * softness : 0;
 }
 
-void Tracker::Impl::measure_optics(const Estimate& estimate) {
-  // Not in the first frame, which takes long enough.
-  if (!textured_ || course_.gradient_pixels <= 0) return;
-  const double motion = corner_motion(motion_.pose(), estimate.T_camera_object);
+void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
+  if (!textured_) return;
+  Optics optics = look_.optics;
+  const double motion = corner_motion(motion_.pose(), T_camera_object);
   const bool drawn_as_it_is = look_.exposure_settled >= 3;
   const bool texels = options_.light_texels && (drawn_as_it_is || motion < kTexelMotion);
   const bool lens = options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
+  const bool clear = std::abs(optics.light_evidence) > kClearTexels;
+  const int texel_pause = clear ? kPause : optics.light_measured < kTexelMemory ? kPause / 16 : kPause / 4;
+  const bool known = static_cast<std::size_t>(optics.softness_measured) >= optics.softness.size();
 
-  const bool clear = std::abs(look_.light_evidence) > kClearTexels;
-  const int texel_pause = clear ? kPause : look_.light_measured < kTexelMemory ? kPause / 16 : kPause / 4;
-  if (texels && (look_.light_measured < kTexelMeasurements || ++look_.since_texels >= texel_pause)) {
-    measure_texels(estimate.T_camera_object);
-    look_.since_texels = 0;
-  } else if (lens && (static_cast<std::size_t>(look_.softness_measured) < look_.softness.size() ||
-                      ++look_.since_lens >= kPause)) {
-    measure_lens(estimate.T_camera_object);
-    look_.since_lens = 0;
+  const Appearance before = appearance();
+  bool measured = true;
+  if (texels && (optics.light_measured < kTexelMeasurements || ++optics.since_texels >= texel_pause)) {
+    measure_texels(T_camera_object, optics);
+    optics.since_texels = 0;
+  } else if (lens && (!known || ++optics.since_lens >= kPause)) {
+    measure_lens(T_camera_object, optics);
+    optics.since_lens = 0;
   } else {
-    return;
+    measured = false;
   }
-  // Others read what is left of this frame.
-  if (draw(estimate.T_camera_object, finest_, 1)) evaluate(finest_, Pose::Identity());
+  look_.optics = optics;
+  if (!measured) return;
+  // The frame's view is left, and nothing else of what was tried.
+  if (draw(T_camera_object, finest_, 1)) {
+    photometry_.start_level(finest_, view_.planes(finest_).tiles);
+    evaluate(finest_, Pose::Identity());
+    evaluate(finest_, Pose::Identity());
+  }
+  restore(before);
+  look_.optics = optics;
 }
 
 }  // namespace holdfast

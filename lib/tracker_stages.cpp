@@ -66,7 +66,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
   // The lens carries what is behind the object farther in.
-  const double lens = std::sqrt(look_.lens_variance) / (1 << finest);
+  const double lens = std::sqrt(look_.optics.lens_variance) / (1 << finest);
   const double wider = options_.blur_sigma > 0 ? std::hypot(1.0, lens / options_.blur_sigma) : 1.0;
   const double full = coverage_at_margin((options_.silhouette_margin + 0.5) * wider - 0.5, options_.blur_sigma);
   ViewTemplate::Margin margin;
@@ -82,7 +82,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
   view_.renderer().set_shading(look_.shading.direction());
-  if (options_.light_texels) view_.renderer().set_light_texels(look_.light_texels);
+  if (options_.light_texels) view_.renderer().set_light_texels(look_.optics.light_texels);
   view_.renderer().set_lens_blur(lens);
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure);
   times_.render += view_.render_ms();
