@@ -17,7 +17,14 @@ constexpr double kSmaller = 0.8;
 constexpr double kScoreMemory = 0.2;  ///< weight of a new score
 /// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
 constexpr double kMostCorrection = 1.5;
+/// Pixels that the prediction may be off, of a frame and of the one before, to go to the finest level without a
+/// coarser.
+constexpr double kMostSurprise = 2;
 constexpr int kMostThinning = 4;  ///< every fourth row
+/// Poses that move the object's corners by less than so many pixels are the same.
+constexpr double kSamePixels = 0.5;
+/// Starts that are so many pixels apart are different.
+constexpr double kApart = 4;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from constant velocity: object radii and radians, standard deviation.
@@ -195,7 +202,7 @@ void Tracker::Impl::remember_score(const Estimate& good) {
 template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
   const int finest = finest_;
-  const double most = kMostCorrection * (1 << finest);
+  const double most = kMostSurprise * (1 << finest);
   if (motion_.lost() || !motion_.moving() || course_.prediction_error > most) return false;
   const Rect object = view_.bounds(T_predicted);
   if (object.empty()) return false;
@@ -204,7 +211,7 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
     const int margin = ((filter_.radius() + 4) << finest) + static_cast<int>(2 * most);
     image_.enqueue_upload(frame, image_.region(grown(object, margin)));
   }
-  const Estimate estimate = fine_stage(T_predicted, finest, -1);
+  const Estimate estimate = fine_stage(T_predicted, finest, -1, most);
   if (!is_good(estimate) || estimate.score < kUsualScore * look_.expected_score() ||
       corner_motion(T_predicted, estimate.T_camera_object) > most) {
     return false;
@@ -286,8 +293,11 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           add_start(plain);
         }
         const int lit_level = coarse && coarse_finest > finest_ ? coarse_finest : -1;
+        std::size_t tried = 0;
+        std::array<Pose, 17> T_tried;
         const auto try_start = [&](const Estimate& start, int fine_coarsest) {
           const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
+          T_tried[tried++] = estimate.T_camera_object;
           if (best.score < 0 || estimate.score > best.score) best = estimate;
           return is_good(best) && as_usual(best);
         };
@@ -300,7 +310,20 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
           best.score = -1;
         }
         for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
-        if (options_.challenge && search && coarse && !as_usual(best)) best = challenged(best, coarsest, coarse_finest);
+        if (options_.challenge && search && coarse && !as_usual(best)) {
+          const Estimate doubtful = best;
+          const auto same = [&](const Pose& pose) {
+            return corner_motion(pose, doubtful.T_camera_object) < kSamePixels;
+          };
+          // What has been come to from apart, and from wherever else, need not be come to from all around.
+          const bool agreed = hypotheses.count > 1 && tried > 2 &&
+                              corner_motion(hypotheses.poses[0], hypotheses.poses[1]) > kApart &&
+                              std::all_of(T_tried.begin(), T_tried.begin() + tried, same);
+          best = challenged(doubtful, coarsest, coarse_finest, !agreed);
+          if (is_good(best) && !as_usual(best) && same(best.T_camera_object)) {
+            look_.confirm(best.score);
+          }
+        }
         bool elsewhere = false;
         if (options_.recovery && search && !is_good(best)) {
           const Rect whole = image_.region({0, 0, camera_.width, camera_.height});
@@ -405,6 +428,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
+    look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
     const bool first = course_.gradient_pixels <= 0;  // takes long enough
     course_.visible_pixels = result.visible_pixels;
     course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * looked_at_every_;

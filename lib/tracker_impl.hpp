@@ -30,6 +30,8 @@ struct Tracker::Impl {
   static constexpr double kLeastSide = 20;
   /// Of Student's t that residuals are taken to follow.
   static constexpr double kFreedom = 4;
+  /// Pixels; no bound on motion.
+  static constexpr double kAnyMotion = 1e9;
 
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
@@ -49,9 +51,10 @@ struct Tracker::Impl {
   bool follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level);
-  /// A result below the usual is challenged: starts turned away from it and exposures compete with it.
-  Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest);
+  /// Not solved where it moves the object's corners by more than `most_motion`, pixels of the frame.
+  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion = kAnyMotion);
+  /// A result below the usual is challenged: exposures and, if `turn`, starts turned away from it compete with it.
+  Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest, bool turn);
   /// Searches the whole picture for a lost object: coarse to fine, the next few appearances of the plan in each frame.
   Estimate found_anywhere(const Rect& region);
   /// A pose and how well the frame's gradients agree with it on some level, at most 1.
@@ -100,8 +103,8 @@ struct Tracker::Impl {
   void decide_all_pixels();
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
   OcclusionOptions tests_of(int level) const;
-  /// Iterates on the view that is drawn; returns the last sums.
-  Estimate iterate(int level, Pose& D, int iterations);
+  /// Iterates on the view that is drawn; returns the last sums. Ends unsolved beyond `most_motion`, as fine_stage().
+  Estimate iterate(int level, Pose& D, int iterations, double most_motion = kAnyMotion);
   /// The sums with what is expected of the pose added as six more observations.
   ConstraintSums with_expectation(ConstraintSums sums, const Pose& D) const;
   /// What each of those weighs beside the rows.

@@ -86,7 +86,7 @@ void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   if (!textured_) return;
   Optics optics = look_.optics;
   const double motion = corner_motion(motion_.pose(), T_camera_object);
-  const bool drawn_as_it_is = look_.exposure_settled >= 3;
+  const bool drawn_as_it_is = look_.exposure_known();
   const bool texels = options_.light_texels && (drawn_as_it_is || motion < kTexelMotion);
   const bool lens = options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
   const bool clear = std::abs(optics.light_evidence) > kClearTexels;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "stopwatch.hpp"
 #include "tracker_impl.hpp"
@@ -31,6 +32,8 @@ constexpr double kChallengeTurn = 0.2;
 constexpr double kTellingMotion = 6, kExposureStep = 0.2;
 /// Measurements that the exposure is a mean of, about.
 constexpr int kExposureMemory = 6;
+/// Fast frames between measurements once it is known, and how often that is doubled.
+constexpr int kExposurePause = 8, kMostDoublings = 3;
 /// What another exposure must score beside the present one to be believed.
 constexpr double kBetterExposure = 1.03;
 
@@ -112,7 +115,7 @@ ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& 
   return sums;
 }
 
-Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
+Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion) {
   Estimate estimate;
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
@@ -127,6 +130,10 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations) {
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
     const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
+    if (most_motion < kAnyMotion && corner_motion(view_.T_camera_object(), D * view_.T_camera_object()) > most_motion) {
+      estimate.solved = false;
+      break;
+    }
     if (motion < (level > finest_ ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
@@ -199,7 +206,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   return estimate;
 }
 
-Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level) {
+Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = finest_;
@@ -221,7 +228,7 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
       photometry_.start_level(level, view_.planes(level).tiles, redraw > 0 ? -1 : level < top ? level + 1 : lit_level);
-      estimate = iterate(level, D, options_.iterations);
+      estimate = iterate(level, D, options_.iterations, most_motion);
       if (!estimate.solved) return estimate;
     }
     if (corner_motion(T_drawn, estimate.T_camera_object) < kRedrawPixels * (1 << finest)) break;
@@ -249,7 +256,7 @@ Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& a
   return renormalized(result);
 }
 
-Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int coarse_finest) {
+Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int coarse_finest, bool turn) {
   Estimate best = doubtful;
   const int fine_coarsest = std::max(coarse_finest - 1, finest_);
   const auto compete = [&](const Pose& T_start) {
@@ -268,9 +275,13 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int c
       compete(best.T_camera_object);
       if (best.score > 1.02 * score) found = exposure;
     }
-    look_.exposure = found;
+    // A shutter that is known does not change at once, but motion may within a frame: soon it is looked at again.
+    const bool known = look_.exposure_known() && before > 0;
+    look_.exposure = known ? before : found;
+    if (known && found != before) look_.exposure_settled = Look::kSettled;
     if (best.score > kUsualScore * look_.expected_score()) return best;
   }
+  if (!turn) return best;
   std::array<Estimate, 7> starts;
   std::size_t count = 0;
   const auto add = [&](const Pose& T_start) {
@@ -334,17 +345,24 @@ void Tracker::Impl::learn_shading() {
 
 void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return;
-  // Once settled it is looked at again in every eighth fast frame.
-  if (look_.exposure_settled >= 3 && ++look_.fast_frames % 8 != 0) return;
+  // The longer it stays as it is, the more seldom it is looked at again.
+  const int pause = kExposurePause << std::clamp((look_.exposure_settled - Look::kSettled) / 2, 0, kMostDoublings);
+  if (look_.exposure_known() && ++look_.fast_frames < pause) return;
+  look_.fast_frames = 0;
   const double present = look_.exposure;
-  std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
+  // Where nothing blurs, less of it is the same, and so is whatever adds up.
+  const bool blurred = present > 0;
+  const std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
+  const auto fitted = [&](double exposure, bool light) { return fit(estimate.T_camera_object, exposure, light); };
   std::array<double, 2> share{};
-  for (std::size_t i = 0; i < 2; ++i) share[i] = fit(estimate.T_camera_object, around[i], look_.exposed_light).score;
-  const Estimate otherwise = fit(estimate.T_camera_object, present, !look_.exposed_light);
-  const Estimate here = fit(estimate.T_camera_object, present, look_.exposed_light);
+  for (std::size_t i = blurred ? 0 : 1; i < 2; ++i) share[i] = fitted(around[i], look_.exposed_light).score;
+  std::optional<Estimate> otherwise;
+  if (blurred) otherwise = fitted(present, !look_.exposed_light);
+  const Estimate here = fitted(present, look_.exposed_light);
+  if (!blurred) share[0] = here.score;
   // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
-  const auto residual = [](const Estimate& fitted) {
-    return std::sqrt(fitted.sums.weighted_square / std::max(1.0, fitted.sums.weight));
+  const auto residual = [](const Estimate& e) {
+    return std::sqrt(e.sums.weighted_square / std::max(1.0, e.sums.weight));
   };
   const std::size_t better = share[1] > share[0] ? 1 : 0;
   // Between the three a parabola; it may have no top where one is far off.
@@ -354,7 +372,7 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   if (share[better] > kBetterExposure * here.score) {
     look_.exposure = around[better];
     look_.exposure_settled = 0;
-  } else if (residual(here) > kBetterExposure * residual(otherwise)) {
+  } else if (otherwise && residual(here) > kBetterExposure * residual(*otherwise)) {
     look_.exposed_light = !look_.exposed_light;
     look_.exposure_settled = 0;
   } else {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "holdfast/pose.hpp"
@@ -30,10 +31,14 @@ struct Look {
   /// Score of the fine stage that is challenged while the usual is not known: what moves as no one knows yet, blurred
   /// by it, may converge to something else.
   static constexpr double kOrdinaryScore = 0.6;
+  static constexpr int kSettled = 3;
+  static constexpr int kConfirmedFrames = 5;
 
   std::array<double, kMostLevels> scale = first_scale();  ///< of residuals, a level each
   double usual_score = 1;                                 ///< of the coarse stage, running mean
   double usual_fine_score = 0;                            ///< of the fine stage, likewise; 0: not known yet
+  double confirmed_score = 0;  ///< of the fine stage, less than usual, and that no other start led to more
+  int confirmed_frames = 0;    ///< that this counts for
   double surviving_share = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   double passing_share = 1;    ///< of the tests, where nothing is in front, in the last sums
   double exposure = 0;         ///< share of the time between frames that the shutter is open
@@ -43,8 +48,18 @@ struct Look {
   Shading shading;
   Optics optics;
 
+  /// Whether the exposure is known.
+  bool exposure_known() const { return exposure_settled >= kSettled; }
   /// Of the fine stage, to live up to.
-  double expected_score() const { return usual_fine_score > 0 ? usual_fine_score : kOrdinaryScore; }
+  double expected_score() const {
+    const double usual = usual_fine_score > 0 ? usual_fine_score : kOrdinaryScore;
+    return confirmed_frames > 0 ? std::min(usual, confirmed_score) : usual;
+  }
+  /// Nothing better than this score was to be had, so that the next frames need not look for it again.
+  void confirm(double score) {
+    confirmed_score = score;
+    confirmed_frames = kConfirmedFrames;
+  }
 
  private:
   static constexpr std::array<double, kMostLevels> first_scale() {
