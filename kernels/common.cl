@@ -34,7 +34,6 @@ typedef struct __attribute__((packed)) {
 #define STORE_PRIVATE(x, p) (((packed_float16*)(p))->v = (x))
 #define STORE4_PRIVATE(x, p) (((packed_float4*)(p))->v = (x))
 #define TO_INT(v) convert_int16(v)
-#define TO_INT_DOWN(v) convert_int16_rtn(v)
 #define TO_FLOAT(v) convert_float16(v)
 #define TO_UCHAR(v) convert_uchar16(v)
 #define LANE_INDEX ((float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15))
@@ -61,7 +60,6 @@ typedef uchar lane_uchar;
 #define LOAD8(p) vload8(0, (p))
 #define LOAD16(p) vload16(0, (p))
 #define TO_INT(v) ((int)(v))
-#define TO_INT_DOWN(v) convert_int_rtn(v)
 #define TO_FLOAT(v) ((float)(v))
 #define TO_UCHAR(v) ((uchar)(v))
 #define LANE_INDEX 0.0f

@@ -244,8 +244,8 @@ __kernel void pixel_planes(__global const float* in, __global const float* depth
 }
 
 /* The same of a packed render, as it comes. Outside of `rect` nothing is drawn. */
-__kernel void view_planes(__global const uint* packed, hf_view view, hf_rect rect, __global const float* depth,
-                          hf_layout layout, __constant float* taps, int radius, hf_template k, __global float* value,
+__kernel void view_planes(__global const uint* packed, hf_view view, __global const float* depth, hf_layout layout,
+                          hf_rect rect, __constant float* taps, int radius, hf_template k, __global float* value,
                           __global float* dx, __global float* dy, __global uchar* usable) {
   const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
   if (block.width == 0) return;

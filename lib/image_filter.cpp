@@ -47,6 +47,13 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
   device_.enqueue_rows(halve_, rect.width, rect.height);
 }
 
+void ImageFilter::set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const {
+  kernel.setArg(index, level.layout);
+  kernel.setArg(index + 1, to_kernel(rect));
+  kernel.setArg(index + 2, taps_);
+  kernel.setArg(index + 3, radius_);
+}
+
 void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const {
   const int columns = device_.strips ? HF_BLUR_COLUMNS : HF_TILE, rows = device_.strips ? HF_BLUR_ROWS : HF_TILE;
   device_.enqueue_tiles(kernel, (rect.width + columns - 1) / columns, (rect.height + rows - 1) / rows);
@@ -55,10 +62,7 @@ void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) con
 void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
                                const Rect& covered) {
   blur_.setArg(0, in);
-  blur_.setArg(1, level.layout);
-  blur_.setArg(2, to_kernel(rect));
-  blur_.setArg(3, taps_);
-  blur_.setArg(4, radius_);
+  set_blur(blur_, 1, level, rect);
   blur_.setArg(5, out);
   blur_.setArg(6, to_kernel(covered));
   enqueue_blocks(blur_, rect);
@@ -69,10 +73,7 @@ void ImageFilter::enqueue_blur(const cl::Buffer& in, PixelFormat format, const k
   cl::Kernel& blur = blur_frame_[static_cast<std::size_t>(format)];
   blur.setArg(0, in);
   blur.setArg(1, frame);
-  blur.setArg(2, level.layout);
-  blur.setArg(3, to_kernel(rect));
-  blur.setArg(4, taps_);
-  blur.setArg(5, radius_);
+  set_blur(blur, 2, level, rect);
   blur.setArg(6, out);
   enqueue_blocks(blur, rect);
 }

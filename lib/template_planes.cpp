@@ -31,14 +31,13 @@ void TemplatePlanes::enqueue(const cl::Buffer& pixels, const cl::Buffer& depth, 
   if (!device_.strips) filter_.enqueue_blur(pixels, level, rect, blurred_);
   planes_.setArg(0, device_.strips ? pixels : blurred_);
   planes_.setArg(1, depth);
-  planes_.setArg(2, level.layout);
-  planes_.setArg(3, to_kernel(rect));
   if (device_.strips) {
-    planes_.setArg(4, filter_.taps());
-    planes_.setArg(5, filter_.radius());
+    filter_.set_blur(planes_, 2, level, rect);
     set_arguments(planes_, 6, limits, out);
     filter_.enqueue_blocks(planes_, rect);
   } else {
+    planes_.setArg(2, level.layout);
+    planes_.setArg(3, to_kernel(rect));
     set_arguments(planes_, 4, limits, out);
     device_.enqueue_rows(planes_, rect.width, rect.height);
   }
@@ -49,11 +48,8 @@ void TemplatePlanes::enqueue_render(const cl::Buffer& packed, const kernel::hf_v
                                     const Out& out) {
   render_planes_.setArg(0, packed);
   render_planes_.setArg(1, view);
-  render_planes_.setArg(2, to_kernel(rect));
-  render_planes_.setArg(3, depth);
-  render_planes_.setArg(4, level.layout);
-  render_planes_.setArg(5, filter_.taps());
-  render_planes_.setArg(6, filter_.radius());
+  render_planes_.setArg(2, depth);
+  filter_.set_blur(render_planes_, 3, level, rect);
   set_arguments(render_planes_, 7, limits, out);
   filter_.enqueue_blocks(render_planes_, rect);
 }

@@ -93,19 +93,22 @@ void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   const int texel_pause = clear ? kPause : optics.light_measured < kTexelMemory ? kPause / 16 : kPause / 4;
   const bool known = static_cast<std::size_t>(optics.softness_measured) >= optics.softness.size();
 
+  const bool texels_due =
+      texels && (optics.light_measured < kTexelMeasurements || ++optics.since_texels >= texel_pause);
+  const bool lens_due = !texels_due && lens && (!known || ++optics.since_lens >= kPause);
+  if (!texels_due && !lens_due) {
+    look_.optics = optics;
+    return;
+  }
   const Appearance before = appearance();
-  bool measured = true;
-  if (texels && (optics.light_measured < kTexelMeasurements || ++optics.since_texels >= texel_pause)) {
+  if (texels_due) {
     measure_texels(T_camera_object, optics);
     optics.since_texels = 0;
-  } else if (lens && (!known || ++optics.since_lens >= kPause)) {
+  } else {
     measure_lens(T_camera_object, optics);
     optics.since_lens = 0;
-  } else {
-    measured = false;
   }
   look_.optics = optics;
-  if (!measured) return;
   // The frame's view is left, and nothing else of what was tried.
   if (draw(T_camera_object, finest_, 1)) {
     photometry_.start_level(finest_, view_.planes(finest_).tiles);

@@ -37,10 +37,11 @@ constexpr int kExposurePause = 8, kMostDoublings = 3;
 /// What another exposure must score beside the present one to be believed.
 constexpr double kBetterExposure = 1.03;
 
-/// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
-double coverage_at_margin(double margin, double sigma) {
+/// Share of the blur's reach that must be known surface when `margin` pixels, `wider` times as many, are dropped at a
+/// straight silhouette.
+double coverage_at_margin(double margin, double wider, double sigma) {
   if (margin <= 0 || sigma <= 0) return 0.5;
-  return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
+  return 0.5 * std::erfc(-(margin + 0.5) * wider / (sigma * std::sqrt(2.0))) - 1e-3;
 }
 
 /// Pixels that left the sampled region speak against an estimate too.
@@ -71,7 +72,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   // The lens carries what is behind the object farther in.
   const double lens = std::sqrt(look_.optics.lens_variance) / (1 << finest);
   const double wider = options_.blur_sigma > 0 ? std::hypot(1.0, lens / options_.blur_sigma) : 1.0;
-  const double full = coverage_at_margin((options_.silhouette_margin + 0.5) * wider - 0.5, options_.blur_sigma);
+  const double full = coverage_at_margin(options_.silhouette_margin, wider, options_.blur_sigma);
   ViewTemplate::Margin margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
