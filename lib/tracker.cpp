@@ -172,7 +172,9 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   D_last_ = D;
   const kernel::hf_constraints options = last_constraints_ = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
-  if (level > finest_) first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
+  if (level > finest_ || first_gradient_pixels_ <= 0) {
+    first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
+  }
   if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
   if (options.elimination) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
@@ -203,7 +205,10 @@ template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
   const int finest = finest_;
   const double most = kMostSurprise * (1 << finest);
-  if (motion_.lost() || !motion_.moving() || course_.prediction_error > most) return false;
+  // The first pose may be as good as a prediction.
+  const bool first = course_.gradient_pixels <= 0;
+  const bool expected = first || (motion_.moving() && course_.prediction_error <= most);
+  if (motion_.lost() || !expected) return false;
   const Rect object = view_.bounds(T_predicted);
   if (object.empty()) return false;
   {
