@@ -20,8 +20,6 @@ using namespace holdfast::test;
 
 namespace {
 
-using Arguments = std::vector<std::string>;
-
 constexpr int kFrames = 12;
 
 /// A sequence of a box, and the box without its texture; names are relative to the folder that the program runs in.

@@ -21,9 +21,6 @@ using namespace holdfast::test;
 
 namespace {
 
-using Arguments = std::vector<std::string>;
-using Environment = std::map<std::string, std::string>;
-
 Pose at(double x, double y, double z) { return Pose(Eigen::Translation3d(x, y, z)); }
 
 /// What `holdfast track` and `init` need, made once; names are relative to the folder that the program runs in.

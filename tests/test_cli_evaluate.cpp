@@ -19,14 +19,13 @@
 
 namespace fs = std::filesystem;
 using namespace holdfast;
+using holdfast::test::Arguments;
 using holdfast::test::ProgramRun;
 using holdfast::test::read_file;
 using holdfast::test::run_holdfast;
 using holdfast::test::TemporaryFolder;
 
 namespace {
-
-using Arguments = std::vector<std::string>;
 
 /// Twelve frames of a box with a wide bar before it, made once; names are relative to the folder programs run in.
 class Simulated {

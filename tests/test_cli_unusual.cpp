@@ -24,8 +24,6 @@ using namespace holdfast::test;
 
 namespace {
 
-using Arguments = std::vector<std::string>;
-
 constexpr int kFrames = 2;
 
 /// A short sequence, its model's parts, and whatever else a test writes there.

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -90,8 +91,9 @@ TEST_CASE("a lens's blur that is none is refused") {
 
 namespace {
 
-/// Median error of a tracked sequence of a printed box, millimetres, once the lens has been measured.
-double median_mm(double blur_sigma, bool lens_blur) {
+/// Median errors of a tracked sequence of a printed box, millimetres, once the lens has been measured: with its blur
+/// drawn and without.
+std::array<double, 2> median_errors(double blur_sigma) {
   const Mesh mesh = simulation::textured_box();
   simulation::SequenceOptions options;
   options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
@@ -103,29 +105,22 @@ double median_mm(double blur_sigma, bool lens_blur) {
   options.sensor.noise = 2;
   options.sensor.blur_sigma = blur_sigma;
   const simulation::Sequence sequence(mesh, options);
-  TrackerOptions tracking;
-  tracking.lens_blur = lens_blur;
-  Tracker tracker(mesh, options.camera, tracking);
-  const std::vector<Pose> poses = sequence.poses();
-  tracker.reset(poses[0]);
-  std::vector<double> errors;
-  for (int i = 0; i < sequence.size(); ++i) {
-    const cv::Mat frame = sequence.frame(i);
-    const FrameResult result = tracker.track(test::view_of(frame));
-    CHECK(result.status == Status::held);
-    if (i < 10) continue;
-    const Pose& T_camera_object = poses[static_cast<std::size_t>(i)];
-    errors.push_back(1e3 * (T_camera_object.translation() - result.T_camera_object.translation()).norm());
-  }
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-  return errors[errors.size() / 2];
+  std::vector<cv::Mat> frames;
+  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
+  const auto tracked = [&](bool lens_blur) {
+    TrackerOptions tracking;
+    tracking.lens_blur = lens_blur;
+    Tracker tracker(mesh, options.camera, tracking);
+    return test::median_mm(tracker, sequence.poses(), frames, 10);
+  };
+  return {tracked(true), tracked(false)};
 }
 
 }  // namespace
 
 TEST_CASE("frames of a soft lens are tracked more accurately with its blur drawn, sharp ones as without") {
-  const double soft_with = median_mm(0.9, true), soft_without = median_mm(0.9, false);
-  const double sharp_with = median_mm(0, true), sharp_without = median_mm(0, false);
+  const auto [soft_with, soft_without] = median_errors(0.9);
+  const auto [sharp_with, sharp_without] = median_errors(0);
   INFO("median errors, mm: soft frames ", soft_with, " with, ", soft_without, " without; sharp ", sharp_with, " with, ",
        sharp_without, " without");
   CHECK(soft_with < 0.7 * soft_without);

@@ -242,23 +242,6 @@ cv::Mat encoded_frame(const Mesh& mesh, const Camera& camera, const Pose& T_came
   return frame;
 }
 
-double median_mm(const Mesh& mesh, const Camera& camera, const std::vector<Pose>& poses,
-                 const std::vector<cv::Mat>& frames, bool light_texels) {
-  TrackerOptions options;
-  options.light_texels = light_texels;
-  Tracker tracker(mesh, camera, options);
-  tracker.reset(poses[0]);
-  std::vector<double> errors;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const FrameResult result = tracker.track(test::view_of(frames[i]));
-    CHECK(result.status == Status::held);
-    // What is measured first needs some frames.
-    if (i >= 4) errors.push_back(1e3 * (poses[i].translation() - result.T_camera_object.translation()).norm());
-  }
-  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-  return errors[errors.size() / 2];
-}
-
 }  // namespace
 
 TEST_CASE("frames of light are tracked more accurately with it, frames of encoded values as without") {
@@ -278,10 +261,14 @@ TEST_CASE("frames of light are tracked more accurately with it, frames of encode
     light.push_back(sequence.frame(i));
     encoded.push_back(encoded_frame(mesh, options.camera, poses[static_cast<std::size_t>(i)]));
   }
-  const double light_with = median_mm(mesh, options.camera, poses, light, true);
-  const double light_without = median_mm(mesh, options.camera, poses, light, false);
-  const double encoded_with = median_mm(mesh, options.camera, poses, encoded, true);
-  const double encoded_without = median_mm(mesh, options.camera, poses, encoded, false);
+  const auto median_mm = [&](const std::vector<cv::Mat>& frames, bool light_texels) {
+    TrackerOptions tracking;
+    tracking.light_texels = light_texels;
+    Tracker tracker(mesh, options.camera, tracking);
+    return test::median_mm(tracker, poses, frames, 4);  // what is measured first needs some frames
+  };
+  const double light_with = median_mm(light, true), light_without = median_mm(light, false);
+  const double encoded_with = median_mm(encoded, true), encoded_without = median_mm(encoded, false);
   INFO("median errors, mm: frames of light ", light_with, " with, ", light_without, " without; of encoded values ",
        encoded_with, " with, ", encoded_without, " without");
   CHECK(light_with < 0.5 * light_without);

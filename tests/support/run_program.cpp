@@ -12,8 +12,8 @@
 namespace holdfast::test {
 namespace {
 
-[[noreturn]] void become(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                         const std::filesystem::path& folder, const std::map<std::string, std::string>& environment,
+[[noreturn]] void become(const std::filesystem::path& program, const Arguments& arguments,
+                         const std::filesystem::path& folder, const Environment& environment,
                          const std::filesystem::path& out, const std::filesystem::path& err) {
   constexpr int not_started = 127;
   for (const auto& [name, value] : environment) {
@@ -35,8 +35,8 @@ namespace {
 
 }  // namespace
 
-ProgramRun run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-                       const std::filesystem::path& folder, const std::map<std::string, std::string>& environment) {
+ProgramRun run_program(const std::filesystem::path& program, const Arguments& arguments,
+                       const std::filesystem::path& folder, const Environment& environment) {
   const TemporaryFolder streams;
   const pid_t child = fork();
   if (child == 0) {
@@ -50,8 +50,7 @@ ProgramRun run_program(const std::filesystem::path& program, const std::vector<s
           read_file(streams / "err")};
 }
 
-ProgramRun run_holdfast(const std::vector<std::string>& arguments, const TemporaryFolder& folder,
-                        const std::map<std::string, std::string>& environment) {
+ProgramRun run_holdfast(const Arguments& arguments, const TemporaryFolder& folder, const Environment& environment) {
   return run_program(HOLDFAST_PROGRAM, arguments, folder.path(), environment);
 }
 

@@ -1,5 +1,9 @@
 #include "support/simulated.hpp"
 
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
 namespace holdfast::test {
 
 simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nearest, double farthest) {
@@ -15,6 +19,20 @@ simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nea
 
 ImageView view_of(const cv::Mat& image, PixelFormat format) {
   return {image.data, image.cols, format == PixelFormat::nv12 ? image.rows * 2 / 3 : image.rows, image.step, format};
+}
+
+double median_mm(Tracker& tracker, const std::vector<Pose>& poses, const std::vector<cv::Mat>& frames,
+                 std::size_t from) {
+  tracker.reset(poses[0]);
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameResult result = tracker.track(view_of(frames[i]));
+    CHECK(result.status == Status::held);
+    if (i >= from) errors.push_back(1e3 * (poses[i].translation() - result.T_camera_object.translation()).norm());
+  }
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return *middle;
 }
 
 }  // namespace holdfast::test

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "holdfast/image_view.hpp"
+#include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"
 
 namespace holdfast::test {
@@ -13,5 +15,10 @@ simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nea
 
 /// What a tracker reads of a picture of OpenCV's, which must outlive it.
 ImageView view_of(const cv::Mat& image, PixelFormat format = PixelFormat::bgr8);
+
+/// Median distance from the true positions, millimetres, of frames `from` on; all are tracked from the first true pose,
+/// and checked to be held.
+double median_mm(Tracker& tracker, const std::vector<Pose>& poses, const std::vector<cv::Mat>& frames,
+                 std::size_t from);
 
 }  // namespace holdfast::test
