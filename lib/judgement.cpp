@@ -12,8 +12,8 @@ namespace {
 /// correlation; or less of it, behind an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
-/// Of the usual share, what is enough anywhere.
-constexpr double kFoundAtOnce = 0.8;
+/// What is enough anywhere: of the usual share, or less that agrees better, of the gradient pixels.
+constexpr double kFoundAtOnce = 0.8, kFoundClearly = 0.5;
 /// What is enough to be held on to where it was not expected; with less, fast motion was followed wrongly.
 constexpr double kSurprisingShare = 0.25, kSurprisingCorrelation = 0.9;
 /// The usual share where it is not known yet.
@@ -69,7 +69,9 @@ bool is_good(const Estimate& estimate, const TrackerOptions& options, const Stan
   }
   if (estimate.turn_deviation() > kSureTurn) return false;
   const double usual_share = standing.usual_share > 0 ? standing.usual_share : kOrdinaryShare;
-  return is_probable(estimate) && (standing.expected || share >= kFoundAtOnce * usual_share);
+  const bool clear =
+      share >= kFoundAtOnce * usual_share || (share >= kFoundClearly && estimate.correlation >= kFoundPartCorrelation);
+  return is_probable(estimate) && (standing.expected || clear);
 }
 
 bool is_promising(const Estimate& estimate) {
