@@ -25,6 +25,8 @@ constexpr int kMostThinning = 4;  ///< every fourth row
 constexpr double kSamePixels = 0.5;
 /// Starts that are so many pixels apart are different.
 constexpr double kApart = 4;
+/// Starts of the fine stage: two a hypothesis.
+constexpr std::size_t kMostStarts = 2 * std::tuple_size_v<decltype(MotionModel::Hypotheses::poses)>;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from constant velocity: object radii and radians, standard deviation.
@@ -140,7 +142,7 @@ OcclusionOptions Tracker::Impl::tests_of(int level) const {
 
 int Tracker::Impl::thinning(int level) const {
   if (options_.mode == Mode::paper) return 1;
-  const double known = course_.gradient_pixels > 0 ? course_.gradient_pixels : first_gradient_pixels_;
+  const double known = course_.fresh() ? first_gradient_pixels_ : course_.gradient_pixels;
   const double pixels = known / (1 << (2 * (level - finest_)));
   return std::clamp(static_cast<int>(std::lround(pixels / options_.enough_pixels)), 1, kMostThinning);
 }
@@ -205,9 +207,8 @@ template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
   const int finest = finest_;
   const double most = kMostSurprise * (1 << finest);
-  // The first pose may be as good as a prediction.
-  const bool first = course_.gradient_pixels <= 0;
-  const bool expected = first || (motion_.moving() && course_.prediction_error <= most);
+  // A first pose may be as good as a prediction.
+  const bool expected = course_.fresh() || (motion_.moving() && course_.prediction_error <= most);
   if (motion_.lost() || !expected) return false;
   const Rect object = view_.bounds(T_predicted);
   if (object.empty()) return false;
@@ -260,14 +261,14 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         best = track_once(hypotheses.poses[0]);
       } else {
         // The first frame's coarse stage goes as far as it can: a view at full resolution then is drawn only once.
-        const bool first = course_.gradient_pixels <= 0;
-        const int coarse_finest = std::max(first ? std::min(coarsest - 1, finest_ + 1) : coarsest - 1, finest_);
+        const int coarse_finest =
+            std::max(course_.fresh() ? std::min(coarsest - 1, finest_ + 1) : coarsest - 1, finest_);
         const bool coarse = coarsest > finest_;
         const auto as_usual = [&](const Estimate& estimate) {
           return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();
         };
         // Starts of the fine stage, the most promising first.
-        std::array<Estimate, 16> starts;
+        std::array<Estimate, kMostStarts> starts;
         std::size_t start_count = 0;
         const auto add_start = [&](const Estimate& estimate) {
           std::size_t place = start_count++;
@@ -299,7 +300,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         }
         const int lit_level = coarse && coarse_finest > finest_ ? coarse_finest : -1;
         std::size_t tried = 0;
-        std::array<Pose, 17> T_tried;
+        std::array<Pose, kMostStarts + 1> T_tried;  // the best start twice, once from a finer level
         const auto try_start = [&](const Estimate& start, int fine_coarsest) {
           const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
           T_tried[tried++] = estimate.T_camera_object;
@@ -434,7 +435,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
     look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
-    const bool first = course_.gradient_pixels <= 0;  // takes long enough
+    const bool fresh = course_.fresh();  // takes long enough
     course_.visible_pixels = result.visible_pixels;
     course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * looked_at_every_;
     look_.surviving_share = std::min(1.0, static_cast<double>(result.usable_pixels) *
@@ -449,7 +450,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       learn_shading();
       keyframes_.remember(result.T_camera_object);
     }
-    if (moved_ && !first) {
+    if (moved_ && !fresh) {
       {
         const Stopwatch watch(times_.total);
         measure_optics(result.T_camera_object);
@@ -534,59 +535,6 @@ FrameResult Tracker::track(const DeviceImageView& frame) {
 
 FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object) {
   return with_device_errors("refining a pose", [&] { return impl_->refine(frame, T_camera_object); });
-}
-
-PixelMask Tracker::pixel_mask() const {
-  return with_device_errors("reading the pixel mask", [&] {
-    Impl& impl = *impl_;
-    impl.decide_all_pixels();
-    const int level_index = impl.finest_drawn_;
-    const Level& level = impl.levels_[static_cast<std::size_t>(level_index)];
-    const auto& tiles = impl.view_.planes(level_index).tiles;
-    PixelMask mask;
-    mask.width = impl.camera_.width;
-    mask.height = impl.camera_.height;
-    mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
-    std::vector<std::uint8_t> classes(level.elements);
-    impl.device_.impl().queue.enqueueReadBuffer(impl.constraints_.classes(level_index), CL_TRUE, 0, classes.size(),
-                                                classes.data());
-    for (int y = 0; y < mask.height; ++y) {
-      for (int x = 0; x < mask.width; ++x) {
-        const int lx = x >> level_index, ly = y >> level_index;
-        if (lx < tiles.x * HF_TILE || ly < tiles.y * HF_TILE || lx >= (tiles.x + tiles.width) * HF_TILE ||
-            ly >= (tiles.y + tiles.height) * HF_TILE) {
-          continue;
-        }
-        mask.classes[static_cast<std::size_t>(y * mask.width + x)] =
-            classes[static_cast<std::size_t>(level.layout.origin + ly * level.layout.stride + lx)];
-      }
-    }
-    return mask;
-  });
-}
-
-RenderedView Tracker::rendered_view() const {
-  Impl& impl = *impl_;
-  RenderedView view;
-  view.width = impl.camera_.width;
-  view.height = impl.camera_.height;
-  view.T_camera_object = impl.view_.T_camera_object();
-  const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-  view.rgba.assign(count * 4, 0);
-  view.depth.assign(count, 1.0f);
-  impl.view_.renderer().set_shading(Eigen::Vector3d::Zero());
-  impl.view_.renderer().set_light_texels(false);
-  impl.view_.renderer().set_lens_blur(0);
-  const DepthRange range =
-      impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
-                                   {view.rgba.data(), view.depth.data(), 0});
-  const double near_plane = range.near_plane, far_plane = range.far_plane;
-  for (float& depth : view.depth) {
-    depth = depth < 1.0f ? static_cast<float>(near_plane * far_plane /
-                                              (far_plane - static_cast<double>(depth) * (far_plane - near_plane)))
-                         : 0.0f;
-  }
-  return view;
 }
 
 void Tracker::set_texture(std::size_t material, const Texture& texture) {

@@ -199,7 +199,7 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   for (int level = coarsest; level >= finest; --level) {
     photometry_.start_level(level, view_.planes(level).tiles, level < coarsest ? level + 1 : -1);
     // Right after a frame that was held its light still holds; otherwise it is taken before any step.
-    const bool lit = course_.gradient_pixels > 0 && !motion_.lost();
+    const bool lit = !course_.fresh() && !motion_.lost();
     if (level == coarsest && options_.photometric && !lit) evaluate(level, D);
     estimate = iterate(level, D, options_.iterations);
     if (!estimate.solved) break;

@@ -38,7 +38,7 @@ struct Look {
   double usual_score = 1;                                 ///< of the coarse stage, running mean
   double usual_fine_score = 0;                            ///< of the fine stage, likewise; 0: not known yet
   double confirmed_score = 0;  ///< of the fine stage, less than usual, and that no other start led to more
-  int confirmed_frames = 0;    ///< that this counts for
+  int confirmed_frames = 0;    ///< that this counts for, the one that confirms it included
   double surviving_share = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
   double passing_share = 1;    ///< of the tests, where nothing is in front, in the last sums
   double exposure = 0;         ///< share of the time between frames that the shutter is open
@@ -81,6 +81,9 @@ struct Course {
   Pose T_last = Pose::Identity();      ///< the last frame's estimate, whether or not it was believed
   bool last_promising = false;         ///< likewise
   int probable_frames = 0;  ///< how often in a row, up to there, something that went on was probably the object
+
+  /// Whether nothing has been held yet, or not since the finest level changed.
+  bool fresh() const { return gradient_pixels <= 0; }
 };
 
 }  // namespace holdfast
