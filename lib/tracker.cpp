@@ -465,11 +465,12 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     motion_.advance(result.T_camera_object);
   } else {
     restore(before);
+    const Pose T_gone_on = options_.predict_velocity ? motion_.predicted() : motion_.pose();
     motion_.lose();
     if (course_.last_promising) {
       motion_.suspect(result.T_camera_object);  // a better guess than that it went on as it moved
     } else {
-      result.T_camera_object = options_.predict_velocity ? motion_.predicted() : motion_.pose();
+      result.T_camera_object = T_gone_on;
     }
   }
   return result;
