@@ -243,7 +243,7 @@ void TrackerArguments::add_to(CLI::App& app) {
       "Rows from the mean of rendered and frame gradients");
   add(
       app, "--predict-velocity,!--no-predict-velocity", [](O& o) -> bool& { return o.predict_velocity; },
-      "Try constant velocity beside no motion");
+      "Try going on as it moved beside no motion");
   add(
       app, "--correlation-search,!--no-correlation-search", [](O& o) -> bool& { return o.correlation_search; },
       "Shift search on the coarsest level");

@@ -40,7 +40,7 @@ struct Verdict {
 /// What an estimate must live up to.
 struct Standing {
   bool lost_before = false;  ///< to be found again takes more than to be held on to
-  bool surprising = false;   ///< held before, but not where constant velocity leads: takes more, too
+  bool surprising = false;   ///< held before, but not where its motion leads: takes more, too
   bool expected = false;     ///< there, or seen there by the frames before
   double usual_share = 0;    ///< of the gradient pixels used, where nothing is in front; 0: not known
 };

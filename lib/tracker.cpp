@@ -29,11 +29,11 @@ constexpr double kApart = 4;
 constexpr std::size_t kMostStarts = 2 * std::tuple_size_v<decltype(MotionModel::Hypotheses::poses)>;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
-/// How far the object strays from constant velocity: object radii and radians, standard deviation.
+/// How far the object strays from the predicted motion: object radii and radians, standard deviation.
 constexpr double kExpectedDeviation = 0.05;
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
-/// Pixels from where constant velocity leads, beyond which a pose is as doubtful as after a loss.
+/// Pixels from where its motion leads, beyond which a pose is as doubtful as after a loss.
 constexpr double kSurprise = 15;
 /// A pose within this many radians and object radii of the last frame's may be the same object moving on.
 constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
@@ -91,7 +91,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       constraints_(device.impl(), levels_),
       search_(device.impl(), levels_, most_shifts(levels_, options)),
       photometry_(device.impl(), levels_, options.photometric),
-      motion_(p_object_center_),
+      motion_({p_object_center_, radius_}, options.mode != Mode::paper),
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
   shaded_ = options_.shading && has_flat_faces(mesh);
@@ -446,7 +446,8 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     // What is seen when nothing is in front: rises at once, falls slowly.
     course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
     course_.usual_gain += kScoreMemory * (photometry_.gain(1) - course_.usual_gain);
-    if (look_.usual_fine_score > 0 && last_score_ > kUsualScore * look_.usual_fine_score) {
+    const bool as_usual = look_.usual_fine_score > 0 && last_score_ > kUsualScore * look_.usual_fine_score;
+    if (as_usual) {
       learn_shading();
       keyframes_.remember(result.T_camera_object);
     }
@@ -458,19 +459,20 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
       result.ms = times_;
     }
     if (motion_.moving() && !motion_.lost()) {
-      restlessness_.add(conditioning().conditioned(log_se3(result.T_camera_object * motion_.predicted().inverse())));
+      restlessness_.add(
+          conditioning().conditioned(log_se3(result.T_camera_object * motion_.steadily_predicted().inverse())));
     } else {
       restlessness_.interrupt();
     }
-    motion_.advance(result.T_camera_object);
+    motion_.advance(result.T_camera_object, as_usual);
   } else {
     restore(before);
-    const Pose T_gone_on = options_.predict_velocity ? motion_.predicted() : motion_.pose();
+    const Pose T_supposed = motion_.supposed(options_.predict_velocity);
     motion_.lose();
     if (course_.last_promising) {
       motion_.suspect(result.T_camera_object);  // a better guess than that it went on as it moved
     } else {
-      result.T_camera_object = T_gone_on;
+      result.T_camera_object = T_supposed;
     }
   }
   return result;

@@ -116,6 +116,7 @@ struct Tracker::Impl {
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
+  /// Pixels of the frame.
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
   /// Whether a pose may be what the other has become in the next frame.
   bool goes_on(const Pose& T_from, const Pose& T_to, double turn) const;

@@ -53,16 +53,7 @@ double score_of(const Estimate& estimate) {
 }  // namespace
 
 double Tracker::Impl::corner_motion(const Pose& T_a, const Pose& T_b) const {
-  // Corners of a cube of the object's size: what a rotation or translation moves at its surface.
-  double largest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d offset((corner & 1) ? 1 : -1, (corner & 2) ? 1 : -1, (corner & 4) ? 1 : -1);
-    const Eigen::Vector3d p_object = p_object_center_ + offset * (radius_ / std::sqrt(3.0));
-    const Eigen::Vector3d a = T_a * p_object, b = T_b * p_object;
-    if (a.z() <= 0 || b.z() <= 0) return 1e9;
-    largest = std::max(largest, (levels_[0].camera.project(a) - levels_[0].camera.project(b)).norm());
-  }
-  return largest;
+  return holdfast::corner_motion({p_object_center_, radius_}, levels_[0].camera, T_a, T_b);
 }
 
 bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {

@@ -58,7 +58,7 @@ void Tracker::Impl::warm_up() {
   device_.impl().queue.finish();
   view_.clear();
   photometry_.reset();
-  motion_ = MotionModel(p_object_center_);
+  motion_ = MotionModel({p_object_center_, radius_}, options_.mode != Mode::paper);
   look_ = {};
   looked_at_every_ = 1;
 }

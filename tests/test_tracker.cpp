@@ -446,24 +446,18 @@ TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found 
   cv::randu(hidden, 0, 255);
   cv::GaussianBlur(hidden, hidden, {}, 2);
   FrameResult result;
-  Pose T_last = Pose::Identity(), T_before_last = Pose::Identity();  // of those that were seen
+  Eigen::Vector3d p_last = Eigen::Vector3d::Zero(), displacement = Eigen::Vector3d::Zero();
   for (int i = 0; i < sequence.size(); ++i) {
     const bool visible = i < 10 || i >= 18;
     result = tracker.track(view_of(visible ? sequence.frame(i) : hidden));
     CAPTURE(i);
-    if (i < 10) T_before_last = std::exchange(T_last, result.T_camera_object);
+    const Eigen::Vector3d p_center = result.T_camera_object * box().center();
+    const Eigen::Vector3d last_displacement = std::exchange(displacement, p_center - std::exchange(p_last, p_center));
     if (!visible) {
       CHECK(result.status == Status::lost);
-      // What is reported meanwhile is where this frame's object would be had it gone on, not the next one's.
-      Pose T_gone_on = T_last;
-      const Eigen::Matrix3d turn = T_last.linear() * T_before_last.linear().transpose();
-      for (int frame = 9; frame < i; ++frame) {
-        T_gone_on.linear() = turn * T_gone_on.linear();
-        T_gone_on.translation() += T_last.translation() - T_before_last.translation();
-      }
-      const PoseError error = pose_error(T_gone_on, result.T_camera_object);
-      CHECK(error.millimetres < 1e-6);
-      CHECK(error.degrees < 1e-4);
+      // Reported meanwhile is where this frame's object would be had it gone on, not the next one's: first nearly as it
+      // last moved, then as far again each frame.
+      CHECK((displacement - last_displacement).norm() < (i == 10 ? 0.3 * last_displacement.norm() : 1e-9));
     }
     if (i < 10 || i >= 26) CHECK(result.status == Status::held);
     if (result.status == Status::held) CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 2);

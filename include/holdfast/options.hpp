@@ -48,7 +48,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool light_texels = true;        ///< average texels as light where the frames show that; false: as encoded values
   bool lens_blur = true;           ///< draw the view as blurred as the lens makes it; how much is measured
   bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
-  bool predict_velocity = true;    ///< constant-velocity hypothesis beside no motion
+  bool predict_velocity = true;    ///< the object may go on as it moved, beside no motion
   bool correlation_search = true;  ///< shift search on the coarsest level
   bool motion_blur = true;        ///< draw the view as blurred as the shutter makes it; how long it is open is measured
   bool challenge = true;          ///< a result worse than usual is challenged by starts turned away from it
