@@ -97,7 +97,7 @@ std::array<double, 2> median_errors(double blur_sigma) {
   const Mesh mesh = simulation::textured_box();
   simulation::SequenceOptions options;
   options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
-  options.frames = 30;
+  options.frames = 100;
   options.seed = 107;
   options.motion.nearest = 0.8;
   options.motion.farthest = 1.0;
