@@ -29,6 +29,7 @@ struct StageTimes {
 };
 
 struct FrameResult {
+  /// Where the object is; when it is lost a guess: where it may have been seen, or would be had it gone on as it moved.
   Pose T_camera_object = Pose::Identity();
   Status status = Status::lost;
   std::string reason;       ///< in words, why the object is lost or hard to hold; empty when all is well
