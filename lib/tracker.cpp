@@ -15,18 +15,10 @@ namespace {
 /// Of the size at which a level is left, the one at which it is taken again.
 constexpr double kSmaller = 0.8;
 constexpr double kScoreMemory = 0.2;  ///< weight of a new score
-/// Pixels that the finest level may correct a coarse answer by to be believed without the level between.
-constexpr double kMostCorrection = 1.5;
 /// Pixels that the prediction may be off, of a frame and of the one before, to go to the finest level without a
 /// coarser.
 constexpr double kMostSurprise = 2;
 constexpr int kMostThinning = 4;  ///< every fourth row
-/// Poses that move the object's corners by less than so many pixels are the same.
-constexpr double kSamePixels = 0.5;
-/// Starts that are so many pixels apart are different.
-constexpr double kApart = 4;
-/// Starts of the fine stage: two a hypothesis.
-constexpr std::size_t kMostStarts = 2 * std::tuple_size_v<decltype(MotionModel::Hypotheses::poses)>;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from the predicted motion: object radii and radians, standard deviation.
@@ -229,6 +221,35 @@ bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted,
 }
 
 template <typename Frame>
+Estimate Tracker::Impl::follow_fully(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope,
+                                     bool search) {
+  const Starts starts = coarse_starts(hypotheses, scope, search);
+  Estimate best = best_from(starts, hypotheses, scope, search);
+  bool elsewhere = false;
+  if (options_.recovery && search && !is_good(best)) {
+    const Rect whole = image_.region({0, 0, camera_.width, camera_.height});
+    if (!motion_.lost()) {
+      keyframes_.plan(motion_.pose());
+      last_places_.clear();
+      const Stopwatch watch(times_.upload);
+      image_.enqueue_upload(frame, whole);
+    }
+    const Estimate found_there = found_anywhere(whole);
+    elsewhere = found_there.score > best.score;
+    if (elsewhere) best = found_there;
+  }
+  if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
+  if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
+  if (is_good(best)) {
+    if (scope.coarse(finest_) && !elsewhere) {
+      look_.usual_score += kScoreMemory * (starts.best().score - look_.usual_score);
+    }
+    remember_score(best);
+  }
+  return best;
+}
+
+template <typename Frame>
 FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search) {
   times_ = {};
   solved_systems_ = 0;
@@ -238,118 +259,15 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
-    const bool recovering = search && options_.recovery && motion_.lost();
-    Rect wanted;
-    for (int i = 0; i < hypotheses.count; ++i)
-      wanted = united(wanted, view_.bounds(hypotheses.poses[static_cast<std::size_t>(i)]));
-    const Rect object = view_.bounds(hypotheses.poses[0]);
-    const double side = std::sqrt(0.6 * object.width * object.height);
-    int coarsest = 0;
-    while (coarsest + 1 < options_.levels && side / (2 << coarsest) >= kLeastSide) ++coarsest;
-    coarsest = std::max(coarsest, std::min(finest_ + 1, options_.levels - 1));
-    const int margin =
-        ((filter_.radius() + 4) << coarsest) + (search ? options_.search_radius : 0) + static_cast<int>(0.1 * side);
-    if (recovering) wanted = {0, 0, camera_.width, camera_.height};
-    const Rect region = image_.region(grown(wanted, margin));
     const bool direct = search && follow_directly(frame, hypotheses.poses[0], best);
-    if (!direct && !wanted.empty()) {
+    const Scope scope = direct ? Scope{} : this->scope(hypotheses, search);
+    if (!scope.wanted.empty()) {
       {
         const Stopwatch watch(times_.upload);
-        image_.enqueue_upload(frame, region);
+        image_.enqueue_upload(frame, scope.region);
       }
-      if (options_.mode == Mode::paper) {
-        best = track_once(hypotheses.poses[0]);
-      } else {
-        // The first frame's coarse stage goes as far as it can: a view at full resolution then is drawn only once.
-        const int coarse_finest =
-            std::max(course_.fresh() ? std::min(coarsest - 1, finest_ + 1) : coarsest - 1, finest_);
-        const bool coarse = coarsest > finest_;
-        const auto as_usual = [&](const Estimate& estimate) {
-          return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();
-        };
-        // Starts of the fine stage, the most promising first.
-        std::array<Estimate, kMostStarts> starts;
-        std::size_t start_count = 0;
-        const auto add_start = [&](const Estimate& estimate) {
-          std::size_t place = start_count++;
-          for (; place > 0 && starts[place - 1].score < estimate.score; --place) starts[place] = starts[place - 1];
-          starts[place] = estimate;
-        };
-        if (coarse) {
-          {
-            const Stopwatch watch(times_.filter);
-            for (int level = coarse_finest; level <= coarsest; ++level) {
-              image_.enqueue_blur(level, coarser(region, level));
-            }
-            if (search) search_.enqueue_gradients(image_, coarsest);
-            device_.impl().queue.flush();  // the device works while the first view is drawn
-          }
-          for (int i = 0; i < hypotheses.count; ++i) {
-            const Estimate estimate =
-                coarse_stage(hypotheses.poses[static_cast<std::size_t>(i)], search, coarsest, coarse_finest);
-            add_start(estimate);
-            // A first hypothesis that fits as well as usual needs no second.
-            if (!motion_.lost() && estimate.solved && estimate.score > kUsualScore * look_.usual_score) break;
-          }
-        }
-        // Where the coarse levels see too little, the plain prediction may still be the better start.
-        for (int i = 0; i < hypotheses.count; ++i) {
-          Estimate plain;
-          plain.T_camera_object = hypotheses.poses[static_cast<std::size_t>(i)];
-          add_start(plain);
-        }
-        const int lit_level = coarse && coarse_finest > finest_ ? coarse_finest : -1;
-        std::size_t tried = 0;
-        std::array<Pose, kMostStarts + 1> T_tried;  // the best start twice, once from a finer level
-        const auto try_start = [&](const Estimate& start, int fine_coarsest) {
-          const Estimate estimate = fine_stage(start.T_camera_object, fine_coarsest, lit_level);
-          T_tried[tried++] = estimate.T_camera_object;
-          if (best.score < 0 || estimate.score > best.score) best = estimate;
-          return is_good(best) && as_usual(best);
-        };
-        // What the coarse levels have answered is mostly near enough for the finest, and then is corrected little
-        // there.
-        const int one_finer = std::max(coarse_finest - 1, finest_);
-        bool found = start_count > 0 && starts[0].score > 0 && one_finer > finest_ && try_start(starts[0], finest_);
-        if (found && corner_motion(starts[0].T_camera_object, best.T_camera_object) > kMostCorrection) {
-          found = false;
-          best.score = -1;
-        }
-        for (std::size_t i = 0; i < start_count && !found; ++i) found = try_start(starts[i], one_finer);
-        if (options_.challenge && search && coarse && !as_usual(best)) {
-          const Estimate doubtful = best;
-          const auto same = [&](const Pose& pose) {
-            return corner_motion(pose, doubtful.T_camera_object) < kSamePixels;
-          };
-          // What has been come to from apart, and from wherever else, need not be come to from all around.
-          const bool agreed = hypotheses.count > 1 && tried > 2 &&
-                              corner_motion(hypotheses.poses[0], hypotheses.poses[1]) > kApart &&
-                              std::all_of(T_tried.begin(), T_tried.begin() + tried, same);
-          best = challenged(doubtful, coarsest, coarse_finest, !agreed);
-          if (is_good(best) && !as_usual(best) && same(best.T_camera_object)) {
-            look_.confirm(best.score);
-          }
-        }
-        bool elsewhere = false;
-        if (options_.recovery && search && !is_good(best)) {
-          const Rect whole = image_.region({0, 0, camera_.width, camera_.height});
-          if (!motion_.lost()) {
-            keyframes_.plan(motion_.pose());
-            last_places_.clear();
-            const Stopwatch watch(times_.upload);
-            image_.enqueue_upload(frame, whole);
-          }
-          const Estimate found_there = found_anywhere(whole);
-          elsewhere = found_there.score > best.score;
-          if (elsewhere) best = found_there;
-        }
-        if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
-        if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
-        if (is_good(best)) {
-          if (coarse && !elsewhere) look_.usual_score += kScoreMemory * (starts[0].score - look_.usual_score);
-          remember_score(best);
-        }
-      }
+      best = options_.mode == Mode::paper ? track_once(hypotheses.poses[0])
+                                          : follow_fully(frame, hypotheses, scope, search);
     }
     result.T_camera_object = best.T_camera_object;
     last_score_ = best.score;

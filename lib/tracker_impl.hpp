@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "covariance.hpp"
@@ -19,8 +21,24 @@
 
 namespace holdfast {
 
-/// The tracker's parts and its loop: a frame's life in tracker.cpp, the stages that turn a starting pose into an
-/// estimate in tracker_stages.cpp.
+/// Poses to start the fine stage from, the most promising first.
+class Starts {
+ public:
+  /// Two a hypothesis.
+  static constexpr std::size_t kMost = 2 * std::tuple_size_v<decltype(MotionModel::Hypotheses::poses)>;
+
+  void add(const Estimate& start);
+  std::size_t count() const { return count_; }
+  const Estimate& operator[](std::size_t i) const { return starts_[i]; }
+  const Estimate& best() const { return starts_[0]; }
+
+ private:
+  std::array<Estimate, kMost> starts_;
+  std::size_t count_ = 0;
+};
+
+/// The tracker's parts and its loop: a frame's life in tracker.cpp, which starts compete in it in tracker_starts.cpp,
+/// the stages that turn a start into an estimate in tracker_stages.cpp.
 struct Tracker::Impl {
   /// Appearances that a lost object is searched for over the whole picture in one frame.
   static constexpr int kAppearancesAFrame = 32;
@@ -30,6 +48,8 @@ struct Tracker::Impl {
   static constexpr double kLeastSide = 20;
   /// Of Student's t that residuals are taken to follow.
   static constexpr double kFreedom = 4;
+  /// Motion between frames, pixels, that shows how long the shutter is open.
+  static constexpr double kTellingMotion = 6;
   /// Pixels; no bound on motion.
   static constexpr double kAnyMotion = 1e9;
 
@@ -53,8 +73,24 @@ struct Tracker::Impl {
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
   /// Not solved where it moves the object's corners by more than `most_motion`, pixels of the frame.
   Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion = kAnyMotion);
+  /// The levels and the part of the frame that following the object from some hypotheses takes.
+  struct Scope {
+    int coarsest = 0, coarse_finest = 0;  ///< levels of the coarse stage
+    Rect wanted;                          ///< where the object may be
+    Rect region;                          ///< what must be seen of the frame
+    /// Whether there is a coarse stage.
+    bool coarse(int finest) const { return coarsest > finest; }
+  };
+  Scope scope(const MotionModel::Hypotheses& hypotheses, bool search) const;
+  /// Coarse to fine from every hypothesis that it takes, challenges, and the search for what is lost.
+  template <typename Frame>
+  Estimate follow_fully(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
+  /// What the coarse stage makes of the hypotheses, and the hypotheses themselves.
+  Starts coarse_starts(const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
+  /// The fine stage from one start after the other until one leads to what fits as usual; else the best, challenged.
+  Estimate best_from(const Starts& starts, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
   /// A result below the usual is challenged: exposures and, if `turn`, starts turned away from it compete with it.
-  Estimate challenged(const Estimate& doubtful, int coarsest, int coarse_finest, bool turn);
+  Estimate challenged(const Estimate& doubtful, const Scope& scope, bool turn);
   /// Searches the whole picture for a lost object: coarse to fine, the next few appearances of the plan in each frame.
   Estimate found_anywhere(const Rect& region);
   /// A pose and how well the frame's gradients agree with it on some level, at most 1.

@@ -26,10 +26,8 @@ constexpr double kFreeDeviation = 0.3;
 constexpr double kBend = 6e-4;
 /// Pixels of a cell that tell how bright it is.
 constexpr double kLeastPatch = 8;
-/// What a doubtful result is turned by to start again, radians.
-constexpr double kChallengeTurn = 0.2;
-/// Motion between frames, pixels, that shows how long the shutter is open, and steps that it is searched with.
-constexpr double kTellingMotion = 6, kExposureStep = 0.2;
+/// Steps that the exposure is searched with.
+constexpr double kExposureStep = 0.2;
 /// Measurements that the exposure is a mean of, about.
 constexpr int kExposureMemory = 6;
 /// Fast frames between measurements once it is known, and how often that is doubled.
@@ -246,51 +244,6 @@ Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& a
   result.linear() = Eigen::AngleAxisd(angle, axis) * T_camera_object.linear();
   result.translation() = T_camera_object * p_object_center_ - result.linear() * p_object_center_;
   return renormalized(result);
-}
-
-Estimate Tracker::Impl::challenged(const Estimate& doubtful, int coarsest, int coarse_finest, bool turn) {
-  Estimate best = doubtful;
-  const int fine_coarsest = std::max(coarse_finest - 1, finest_);
-  const auto compete = [&](const Pose& T_start) {
-    const Estimate estimate = fine_stage(T_start, fine_coarsest, -1);
-    if (estimate.score > best.score) best = estimate;
-    return best.score > kUsualScore * look_.expected_score();
-  };
-  // Fast motion blurs, by how much is not known at first.
-  if (options_.motion_blur && moved_ && corner_motion(motion_.pose(), best.T_camera_object) > kTellingMotion) {
-    const double before = look_.exposure;
-    double found = before;
-    for (const double exposure : {0.25, 0.5, 0.75}) {
-      if (std::abs(exposure - before) < 0.1) continue;
-      look_.exposure = exposure;
-      const double score = best.score;
-      compete(best.T_camera_object);
-      if (best.score > 1.02 * score) found = exposure;
-    }
-    // A shutter that is known does not change at once, but motion may within a frame: soon it is looked at again.
-    const bool known = look_.exposure_known() && before > 0;
-    look_.exposure = known ? before : found;
-    if (known && found != before) look_.exposure_settled = Look::kSettled;
-    if (best.score > kUsualScore * look_.expected_score()) return best;
-  }
-  if (!turn) return best;
-  std::array<Estimate, 7> starts;
-  std::size_t count = 0;
-  const auto add = [&](const Pose& T_start) {
-    const Estimate estimate = coarse_stage(T_start, true, coarsest, coarse_finest);
-    std::size_t place = count++;
-    for (; place > 0 && starts[place - 1].score < estimate.score; --place) starts[place] = starts[place - 1];
-    starts[place] = estimate;
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double angle : {-kChallengeTurn, kChallengeTurn}) {
-      add(turned(doubtful.T_camera_object, Eigen::Vector3d::Unit(axis), angle));
-    }
-  }
-  for (std::size_t i = 0; i < 2; ++i) {
-    if (compete(starts[i].T_camera_object)) break;
-  }
-  return best;
 }
 
 Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool light) {
