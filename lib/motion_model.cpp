@@ -39,6 +39,7 @@ void MotionModel::advance(const Pose& T_camera_object, bool exact) {
   expected_ = now;
   if (moving_) {
     const double stray = apart(T_camera_object, steadily_predicted());
+    strays_[stray_count_++ % kRemembered] = stray;
     const double accelerated_stray = changing_ ? apart(T_camera_object, gone_on(accelerated_, 1)) : stray;
     const Eigen::AngleAxisd turn(now.rotation), last_turn(last_.rotation);
     const Eigen::Vector3d w = turn.angle() * turn.axis();
@@ -53,8 +54,7 @@ void MotionModel::advance(const Pose& T_camera_object, bool exact) {
   moving_ = true;
 }
 
-bool MotionModel::changes_steadily(double stray, double accelerated_stray) {
-  strays_[stray_count_++ % kRemembered] = stray;
+bool MotionModel::changes_steadily(double stray, double accelerated_stray) const {
   std::array<double, kRemembered> sorted = strays_;
   const std::size_t count = std::min(stray_count_, kRemembered);
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(count / 2);

@@ -75,8 +75,9 @@ class MotionModel {
   int lost_frames_ = 0;
 
   Pose gone_on(const Velocity& velocity, int frames) const;
-  /// Whether the velocity, which has just led astray by `stray`, changes steadily enough to go on changing.
-  bool changes_steadily(double stray, double accelerated_stray);
+  /// Whether the velocity changes steadily enough to go on changing: it has just led astray by `stray`, which strays_
+  /// holds already, with its last change going on by `accelerated_stray`.
+  bool changes_steadily(double stray, double accelerated_stray) const;
   /// How far apart the object's corners appear at two poses, in apparent radii.
   double apart(const Pose& T_a, const Pose& T_b) const;
   Pose turned(const Pose& T_camera_object, int way) const;

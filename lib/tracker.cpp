@@ -241,7 +241,7 @@ Estimate Tracker::Impl::follow_fully(const Frame& frame, const MotionModel::Hypo
   if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
   if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);
   if (is_good(best)) {
-    if (scope.coarse(finest_) && !elsewhere) {
+    if (scope.coarse() && !elsewhere) {
       look_.usual_score += kScoreMemory * (starts.best().score - look_.usual_score);
     }
     remember_score(best);

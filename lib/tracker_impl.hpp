@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <tuple>
 #include <vector>
 
 #include "covariance.hpp"
@@ -75,11 +74,12 @@ struct Tracker::Impl {
   Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion = kAnyMotion);
   /// The levels and the part of the frame that following the object from some hypotheses takes.
   struct Scope {
+    int finest = 0;                       ///< level that the pose comes from
     int coarsest = 0, coarse_finest = 0;  ///< levels of the coarse stage
     Rect wanted;                          ///< where the object may be
     Rect region;                          ///< what must be seen of the frame
     /// Whether there is a coarse stage.
-    bool coarse(int finest) const { return coarsest > finest; }
+    bool coarse() const { return coarsest > finest; }
   };
   Scope scope(const MotionModel::Hypotheses& hypotheses, bool search) const;
   /// Coarse to fine from every hypothesis that it takes, challenges, and the search for what is lost.

@@ -27,6 +27,7 @@ void Starts::add(const Estimate& start) {
 
 Tracker::Impl::Scope Tracker::Impl::scope(const MotionModel::Hypotheses& hypotheses, bool search) const {
   Scope scope;
+  scope.finest = finest_;
   for (int i = 0; i < hypotheses.count; ++i) {
     scope.wanted = united(scope.wanted, view_.bounds(hypotheses.poses[static_cast<std::size_t>(i)]));
   }
@@ -46,7 +47,7 @@ Tracker::Impl::Scope Tracker::Impl::scope(const MotionModel::Hypotheses& hypothe
 
 Starts Tracker::Impl::coarse_starts(const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search) {
   Starts starts;
-  if (scope.coarse(finest_)) {
+  if (scope.coarse()) {
     {
       const Stopwatch watch(times_.filter);
       for (int level = scope.coarse_finest; level <= scope.coarsest; ++level) {
@@ -77,7 +78,7 @@ Estimate Tracker::Impl::best_from(const Starts& starts, const MotionModel::Hypot
   const auto as_usual = [&](const Estimate& estimate) {
     return motion_.lost() || estimate.score > kUsualScore * look_.expected_score();
   };
-  const int lit_level = scope.coarse(finest_) && scope.coarse_finest > finest_ ? scope.coarse_finest : -1;
+  const int lit_level = scope.coarse() && scope.coarse_finest > finest_ ? scope.coarse_finest : -1;
   Estimate best;
   best.T_camera_object = hypotheses.poses[0];
   std::size_t tried = 0;
@@ -96,7 +97,7 @@ Estimate Tracker::Impl::best_from(const Starts& starts, const MotionModel::Hypot
     best.score = -1;
   }
   for (std::size_t i = 0; i < starts.count() && !found; ++i) found = try_start(starts[i], one_finer);
-  if (options_.challenge && search && scope.coarse(finest_) && !as_usual(best)) {
+  if (options_.challenge && search && scope.coarse() && !as_usual(best)) {
     const Estimate doubtful = best;
     const auto same = [&](const Pose& pose) { return corner_motion(pose, doubtful.T_camera_object) < kSamePixels; };
     // What has been come to from apart, and from wherever else, need not be come to from all around.
