@@ -66,6 +66,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options) {
   require_same(options.correlation_search, paper.correlation_search, "--correlation-search");
   require_same(options.search_radius, paper.search_radius, "--search-radius");
   require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
+  require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
   require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
   require_same(options.recovery, paper.recovery, "--recovery");
@@ -235,6 +236,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--light-texels,!--no-light-texels", [](O& o) -> bool& { return o.light_texels; },
       "Average texels as light where the frames show that a camera did; otherwise as encoded values");
+  add(
+      app, "--coarse-color,!--no-coarse-color", [](O& o) -> bool& { return o.coarse_color; },
+      "Draw colour as coarse as codecs keep it, where the frames show that");
   add(
       app, "--lens-blur,!--no-lens-blur", [](O& o) -> bool& { return o.lens_blur; },
       "Draw the texture as blurred as the lens makes it, measured in the frames");

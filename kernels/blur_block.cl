@@ -111,12 +111,6 @@ INLINE float16 inverse_of_coverage(float16 coverage) {
   return CHOOSE((float16)(0.0f), 1.0f / CHOOSE((float16)(1.0f), coverage, covered), covered);
 }
 
-/* Two vectors' elements in turn, from their lower or their upper halves. */
-#define IN_TURN(a, b)                                                                                                \
-  ((float16)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3, (a).s4, (b).s4, (a).s5, (b).s5, (a).s6, \
-             (b).s6, (a).s7, (b).s7))
-#define PAIRS_IN_TURN(a, b) as_float16((ulong8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
-
 /* Row y of a block, from the ring: blurred and normalised interleaved pixels. With three channels all of it is
    covered. */
 INLINE void store_blurred(const float16* ring, int y, __constant float* taps, const int radius, const int channels,
@@ -129,13 +123,7 @@ INLINE void store_blurred(const float16* ring, int y, __constant float* taps, co
     const float16 r = inverse * sum_across(rows, v, taps, radius);
     const float16 g = inverse * sum_across(rows, ROW_VECTORS + v, taps, radius);
     const float16 b = inverse * sum_across(rows, 2 * ROW_VECTORS + v, taps, radius);
-    const ulong8 rg_low = as_ulong8(IN_TURN(r.lo, g.lo)), rg_high = as_ulong8(IN_TURN(r.hi, g.hi));
-    const ulong8 bc_low = as_ulong8(IN_TURN(b.lo, coverage.lo)), bc_high = as_ulong8(IN_TURN(b.hi, coverage.hi));
-    const int left = columns - 16 * v;
-    STORE(PAIRS_IN_TURN(rg_low.lo, bc_low.lo), out);
-    if (left > 4) STORE(PAIRS_IN_TURN(rg_low.hi, bc_low.hi), out + 16);
-    if (left > 8) STORE(PAIRS_IN_TURN(rg_high.lo, bc_high.lo), out + 32);
-    if (left > 12) STORE(PAIRS_IN_TURN(rg_high.hi, bc_high.hi), out + 48);
+    store_interleaved(r, g, b, coverage, columns - 16 * v, out);
   }
 }
 

@@ -117,6 +117,27 @@ typedef int pixel_mask;
   TRANSPOSE(LOAD_PRIVATE(in), LOAD_PRIVATE((in) + 16), LOAD_PRIVATE((in) + 32), LOAD_PRIVATE((in) + 48), out)
 #endif
 
+/* Planes -> interleaved pixels: as many of the lanes as `columns`, in whole fours. */
+#if HF_STRIPS
+/* Two vectors' elements in turn, from their lower or their upper halves. */
+#define IN_TURN(a, b)                                                                                                \
+  ((float16)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3, (a).s4, (b).s4, (a).s5, (b).s5, (a).s6, \
+             (b).s6, (a).s7, (b).s7))
+#define PAIRS_IN_TURN(a, b) as_float16((ulong8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
+INLINE void store_interleaved(float16 r, float16 g, float16 b, float16 coverage, int columns, __global float* out) {
+  const ulong8 rg_low = as_ulong8(IN_TURN(r.lo, g.lo)), rg_high = as_ulong8(IN_TURN(r.hi, g.hi));
+  const ulong8 bc_low = as_ulong8(IN_TURN(b.lo, coverage.lo)), bc_high = as_ulong8(IN_TURN(b.hi, coverage.hi));
+  STORE(PAIRS_IN_TURN(rg_low.lo, bc_low.lo), out);
+  if (columns > 4) STORE(PAIRS_IN_TURN(rg_low.hi, bc_low.hi), out + 16);
+  if (columns > 8) STORE(PAIRS_IN_TURN(rg_high.lo, bc_high.lo), out + 32);
+  if (columns > 12) STORE(PAIRS_IN_TURN(rg_high.hi, bc_high.hi), out + 48);
+}
+#else
+INLINE void store_interleaved(float r, float g, float b, float coverage, int columns, __global float* out) {
+  vstore4((float4)(r, g, b, coverage), 0, out);
+}
+#endif
+
 /* select() by a comparison's result: vectors give -1, scalars 1. */
 #define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 

@@ -27,6 +27,7 @@ TrackerOptions TrackerOptions::paper() {
   options.photometric = false;
   options.shading = false;
   options.light_texels = false;
+  options.coarse_color = false;
   options.lens_blur = false;
   options.mean_gradient = false;
   options.correlation_search = false;

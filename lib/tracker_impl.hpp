@@ -89,6 +89,9 @@ struct Tracker::Impl {
   Starts coarse_starts(const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
   /// The fine stage from one start after the other until one leads to what fits as usual; else the best, challenged.
   Estimate best_from(const Starts& starts, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
+  /// While no frame has told how coarse colour is, a result below the usual may be better with the other way to draw
+  /// it.
+  Estimate recolored(const Estimate& doubtful, const Pose& T_start, const Scope& scope);
   /// A result below the usual is challenged: exposures and, if `turn`, starts turned away from it compete with it.
   Estimate challenged(const Estimate& doubtful, const Scope& scope, bool turn);
   /// Searches the whole picture for a lost object: coarse to fine, the next few appearances of the plan in each frame.
@@ -121,12 +124,12 @@ struct Tracker::Impl {
   /// Measures, now and then, how the camera shows the texture, in a frame that was held with this pose. Changes nothing
   /// else of what is known.
   void measure_optics(const Pose& T_camera_object);
-  /// Whether it averages texels as light, as a camera does, or as encoded values, as many a renderer does.
-  void measure_texels(const Pose& T_camera_object, Optics& optics);
+  /// Which of two ways leaves less over; when that is not clear, the one on or, unless it `stays`, the one off.
+  void measure_choice(const Pose& T_camera_object, Optics& optics, Choice Optics::*choice, bool stays);
   /// How much the lens blurs.
   void measure_lens(const Pose& T_camera_object, Optics& optics);
   /// Mean square that the constraints leave over at the best pose next to this one when the view is drawn so; 0: none.
-  double left_over(const Pose& T_camera_object, bool light_texels, double lens_variance);
+  double left_over(const Pose& T_camera_object, const Optics& optics);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.

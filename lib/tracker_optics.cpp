@@ -16,20 +16,27 @@ constexpr double kTexelMotion = 6, kLensMotion = 4;
 /// Held frames between measurements once they are clear.
 constexpr int kPause = 64;
 
-/// Frames that how texels are averaged is measured in at first; measurements that it is a mean of; what that mean must
-/// be to be believed, and to be clear.
-constexpr int kTexelMeasurements = 2, kTexelMemory = 8;
-constexpr double kBetterTexels = 0.01, kClearTexels = 0.03;
+/// Frames that a choice is measured in at first; measurements that it is a mean of; what that mean must be to be
+/// believed, and to be clear.
+constexpr int kFirstMeasurements = 2, kChoiceMemory = 8;
+constexpr double kBetter = 0.01, kClear = 0.03;
 
 /// Square pixels between the variances that are compared; where more, a share of the present one.
 constexpr double kSoftnessStep = 0.25, kSofterStep = 0.35;
 /// Square pixels that are taken for the lens's, and how much of them: noise and compression spoil detail, and least is
 /// left over without it.
-constexpr double kSoft = 0.45, kLensShare = 0.7;
+constexpr double kSoft = 0.25, kLensShare = 0.7;
 /// What a soft texture must leave over beside a sharp one to be believed.
 constexpr double kClearlySoft = 0.85;
 /// Square pixels, more than which nothing is told by.
 constexpr double kSoftest = 9;
+
+/// Whether a choice is to be measured in this frame, which it can be in.
+bool is_due(Choice& choice) {
+  const bool clear = std::abs(choice.evidence) > kClear;
+  const int pause = clear ? kPause : choice.measured < kChoiceMemory ? kPause / 16 : kPause / 4;
+  return choice.measured < kFirstMeasurements || ++choice.since >= pause;
+}
 
 double median(Optics::Softness values, std::size_t count) {
   std::sort(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(count));
@@ -38,9 +45,8 @@ double median(Optics::Softness values, std::size_t count) {
 
 }  // namespace
 
-double Tracker::Impl::left_over(const Pose& T_camera_object, bool light_texels, double lens_variance) {
-  look_.optics.light_texels = light_texels;
-  look_.optics.lens_variance = lens_variance;
+double Tracker::Impl::left_over(const Pose& T_camera_object, const Optics& optics) {
+  look_.optics = optics;
   if (!draw(T_camera_object, finest_, 1)) return 0;
   // Once for its gain and bias. Then at its own best pose: the present one favours the present way.
   evaluate(finest_, Pose::Identity());
@@ -49,19 +55,26 @@ double Tracker::Impl::left_over(const Pose& T_camera_object, bool light_texels, 
   return estimate.solved ? estimate.sums.weighted_square / std::max(1.0, estimate.sums.weight) : 0;
 }
 
-void Tracker::Impl::measure_texels(const Pose& T_camera_object, Optics& optics) {
-  const bool present = optics.light_texels;
-  const double other = left_over(T_camera_object, !present, optics.lens_variance);
-  const double here = left_over(T_camera_object, present, optics.lens_variance);
+void Tracker::Impl::measure_choice(const Pose& T_camera_object, Optics& optics, Choice Optics::*choice, bool stays) {
+  Choice& chosen = optics.*choice;
+  chosen.since = 0;
+  Optics otherwise = optics;
+  (otherwise.*choice).on = !chosen.on;
+  const double other = left_over(T_camera_object, otherwise), here = left_over(T_camera_object, optics);
   if (other <= 0 || here <= 0) return;
-  const double evidence = (present ? 0.5 : -0.5) * std::log(other / here);
-  optics.light_measured = std::min(optics.light_measured + 1, kTexelMemory);
-  optics.light_evidence += (evidence - optics.light_evidence) / optics.light_measured;
-  if ((present ? -1 : 1) * optics.light_evidence > kBetterTexels) optics.light_texels = !present;
+  const double evidence = (chosen.on ? 0.5 : -0.5) * std::log(other / here);
+  chosen.measured = std::min(chosen.measured + 1, kChoiceMemory);
+  chosen.evidence += (evidence - chosen.evidence) / chosen.measured;
+  chosen.on = chosen.evidence > (chosen.on && stays ? -kBetter : kBetter);
 }
 
 void Tracker::Impl::measure_lens(const Pose& T_camera_object, Optics& optics) {
-  const auto at = [&](double variance) { return left_over(T_camera_object, optics.light_texels, variance); };
+  optics.since_lens = 0;
+  const auto at = [&](double variance) {
+    Optics blurred = optics;
+    blurred.lens_variance = variance;
+    return left_over(T_camera_object, blurred);
+  };
   const std::size_t kept = optics.softness.size();
   const std::size_t known = std::min(static_cast<std::size_t>(optics.softness_measured), kept);
   const double present = known > 0 ? median(optics.softness, known) : 0;
@@ -83,30 +96,28 @@ void Tracker::Impl::measure_lens(const Pose& T_camera_object, Optics& optics) {
 }
 
 void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
-  if (!textured_) return;
   Optics optics = look_.optics;
   const double motion = corner_motion(motion_.pose(), T_camera_object);
   const bool drawn_as_it_is = look_.exposure_known();
-  const bool texels = options_.light_texels && (drawn_as_it_is || motion < kTexelMotion);
-  const bool lens = options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
-  const bool clear = std::abs(optics.light_evidence) > kClearTexels;
-  const int texel_pause = clear ? kPause : optics.light_measured < kTexelMemory ? kPause / 16 : kPause / 4;
+  const bool color = options_.coarse_color && !image_.grey() && (drawn_as_it_is || motion < kTexelMotion);
+  const bool texels = textured_ && options_.light_texels && (drawn_as_it_is || motion < kTexelMotion);
+  const bool lens = textured_ && options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
   const bool known = static_cast<std::size_t>(optics.softness_measured) >= optics.softness.size();
 
-  const bool texels_due =
-      texels && (optics.light_measured < kTexelMeasurements || ++optics.since_texels >= texel_pause);
-  const bool lens_due = !texels_due && lens && (!known || ++optics.since_lens >= kPause);
-  if (!texels_due && !lens_due) {
+  const bool color_due = color && is_due(optics.coarse_color);
+  const bool texels_due = !color_due && texels && is_due(optics.light_texels);
+  const bool lens_due = !color_due && !texels_due && lens && (!known || ++optics.since_lens >= kPause);
+  if (!color_due && !texels_due && !lens_due) {
     look_.optics = optics;
     return;
   }
   const Appearance before = appearance();
-  if (texels_due) {
-    measure_texels(T_camera_object, optics);
-    optics.since_texels = 0;
+  if (color_due) {
+    measure_choice(T_camera_object, optics, &Optics::coarse_color, false);
+  } else if (texels_due) {
+    measure_choice(T_camera_object, optics, &Optics::light_texels, true);
   } else {
     measure_lens(T_camera_object, optics);
-    optics.since_lens = 0;
   }
   look_.optics = optics;
   // The frame's view is left, and nothing else of what was tried.

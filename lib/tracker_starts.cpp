@@ -16,6 +16,8 @@ constexpr double kSamePixels = 0.5;
 constexpr double kApart = 4;
 /// What a doubtful result is turned by to start again, radians.
 constexpr double kChallengeTurn = 0.2;
+/// What another way of drawing the view must score beside the present one to be believed.
+constexpr double kClearlyBetter = 1.02;
 
 }  // namespace
 
@@ -97,7 +99,9 @@ Estimate Tracker::Impl::best_from(const Starts& starts, const MotionModel::Hypot
     best.score = -1;
   }
   for (std::size_t i = 0; i < starts.count() && !found; ++i) found = try_start(starts[i], one_finer);
-  if (options_.challenge && search && scope.coarse() && !as_usual(best)) {
+  const bool challenge = options_.challenge && search && scope.coarse();
+  if (challenge && !as_usual(best)) best = recolored(best, hypotheses.poses[0], scope);
+  if (challenge && !as_usual(best)) {
     const Estimate doubtful = best;
     const auto same = [&](const Pose& pose) { return corner_motion(pose, doubtful.T_camera_object) < kSamePixels; };
     // What has been come to from apart, and from wherever else, need not be come to from all around.
@@ -108,6 +112,19 @@ Estimate Tracker::Impl::best_from(const Starts& starts, const MotionModel::Hypot
     if (is_good(best) && !as_usual(best) && same(best.T_camera_object)) look_.confirm(best.score);
   }
   return best;
+}
+
+Estimate Tracker::Impl::recolored(const Estimate& doubtful, const Pose& T_start, const Scope& scope) {
+  Choice& coarse_color = look_.optics.coarse_color;
+  if (!options_.coarse_color || image_.grey() || coarse_color.measured > 0) return doubtful;
+  coarse_color.on = !coarse_color.on;
+  const Estimate coarse = coarse_stage(T_start, true, scope.coarsest, scope.coarse_finest);
+  const Estimate estimate = fine_stage(coarse.T_camera_object, std::max(scope.coarse_finest - 1, finest_), -1);
+  if (estimate.score > kUsualScore * look_.expected_score() && estimate.score > kClearlyBetter * doubtful.score) {
+    return estimate;
+  }
+  coarse_color.on = !coarse_color.on;
+  return doubtful;
 }
 
 Estimate Tracker::Impl::challenged(const Estimate& doubtful, const Scope& scope, bool turn) {
@@ -127,7 +144,7 @@ Estimate Tracker::Impl::challenged(const Estimate& doubtful, const Scope& scope,
       look_.exposure = exposure;
       const double score = best.score;
       compete(best.T_camera_object);
-      if (best.score > 1.02 * score) found = exposure;
+      if (best.score > kClearlyBetter * score) found = exposure;
     }
     // A shutter that is known does not change at once, but motion may within a frame: soon it is looked at again.
     const bool known = look_.exposure_known() && before > 0;

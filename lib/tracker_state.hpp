@@ -11,16 +11,23 @@ namespace holdfast {
 /// Share of the usual (score, or texture seen) that an estimate must reach to be believed unchallenged.
 inline constexpr double kUsualScore = 0.8;
 
+/// One of two ways of drawing the view, as measured.
+struct Choice {
+  bool on = false;
+  double evidence = 0;  ///< for that: log of how much more the other way leaves over, running mean
+  int measured = 0;     ///< of how many measurements
+  int since = 0;        ///< frames that it could have been measured in, since it was
+};
+
 /// How the camera shows the texture, as measured.
 struct Optics {
   using Softness = std::array<double, 5>;
-  bool light_texels = true;              ///< texels are averaged as light, not as encoded values
-  double light_evidence = 0;             ///< for that: log of how much more the others leave over, running mean
-  int light_measured = 0;                ///< of how many measurements
-  double lens_variance = 0;              ///< that the lens blurs by, as it is drawn, square pixels
-  Softness softness{};                   ///< variances that left least over, the last ones measured
-  int softness_measured = 0;             ///< how many have been
-  int since_texels = 0, since_lens = 0;  ///< frames that it could have been measured in, since it was
+  Choice light_texels{true};  ///< texels are averaged as light, not as encoded values
+  Choice coarse_color;        ///< colour has half the resolution of brightness
+  double lens_variance = 0;   ///< that the lens blurs by, as it is drawn, square pixels
+  Softness softness{};        ///< variances that left least over, the last ones measured
+  int softness_measured = 0;  ///< how many have been
+  int since_lens = 0;         ///< frames that it could have been measured in, since it was
 };
 
 /// How the object has looked lately. Every frame's estimate changes it; a frame that is not held must leave it as it

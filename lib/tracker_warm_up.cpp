@@ -45,6 +45,11 @@ void Tracker::Impl::warm_up() {
     if (options_.correlation_search) search_.enqueue_gradients(image_, coarsest);
     coarse_stage(T_camera_object, options_.correlation_search, coarsest, finest_);
     fine_stage(T_camera_object, coarsest, -1);
+    if (options_.coarse_color) {
+      look_.optics.coarse_color.on = true;
+      draw(T_camera_object, finest_, 1);
+      look_.optics.coarse_color.on = false;
+    }
     if (options_.motion_blur) {
       Pose T_before = T_camera_object;
       T_before.translation().x() += kMotion * T_before.translation().z() / camera_.fx;

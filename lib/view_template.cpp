@@ -13,6 +13,8 @@ constexpr double kLeastMotionBlur = 1.0;
 /// this many.
 constexpr double kPixelsATap = 2.0;
 constexpr int kMostTaps = 24;
+/// Of colour, square pixels of the level drawn: what is less changes next to nothing.
+constexpr double kLeastColorVariance = 0.1;
 
 }  // namespace
 
@@ -43,6 +45,7 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
   host_rgba_.resize(largest * 4);
   host_depth_.resize(largest);
   unpack_ = device.kernel("unpack_view");
+  unpack_coarse_color_ = device.kernel("unpack_view_coarse_color");
   unpack_depth_ = device.kernel("unpack_depth");
   motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
@@ -75,7 +78,7 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
 }
 
 bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-                           const Exposure& exposure) {
+                           const Exposure& exposure, double color_variance) {
   const Rect object = bounds(T_camera_object);
   T_camera_object_ = T_camera_object;
   render_ms_ = 0;
@@ -107,12 +110,16 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
 
   kernel::hf_view view{};
   view.stride = rect.width;
+  view.height = rect.height;
   view.grey = grey ? 1 : 0;
   view.near_plane = static_cast<float>(range.near_plane);
   view.far_plane = static_cast<float>(range.far_plane);
+  color_variance /= 1 << (2 * finest);
+  const bool coarse_color = color_variance >= kLeastColorVariance && !grey;
+  view.color_variance = coarse_color ? static_cast<float>(std::min(1.0, color_variance)) : 0;
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
   // Strips filter the render as it comes where nothing else is to be made of it.
-  const bool as_it_comes = device_.strips && !moving && count == 1;
+  const bool as_it_comes = device_.strips && !moving && !coarse_color && count == 1;
   if (as_it_comes) {
     unpack_depth_.setArg(0, window_depth_);
     unpack_depth_.setArg(1, view);
@@ -121,14 +128,15 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
     unpack_depth_.setArg(4, planes_[f].depth);
     device_.enqueue_rows(unpack_depth_, rect.width, rect.height);
   } else {
-    unpack_.setArg(0, rgba_);
-    unpack_.setArg(1, window_depth_);
-    unpack_.setArg(2, view);
-    unpack_.setArg(3, to_kernel(rect));
-    unpack_.setArg(4, level.layout);
-    unpack_.setArg(5, moving ? before_motion_ : pixels_[f]);
-    unpack_.setArg(6, planes_[f].depth);
-    device_.enqueue_rows(unpack_, rect.width, rect.height);
+    cl::Kernel& unpack = coarse_color ? unpack_coarse_color_ : unpack_;
+    unpack.setArg(0, rgba_);
+    unpack.setArg(1, window_depth_);
+    unpack.setArg(2, view);
+    unpack.setArg(3, to_kernel(rect));
+    unpack.setArg(4, level.layout);
+    unpack.setArg(5, moving ? before_motion_ : pixels_[f]);
+    unpack.setArg(6, planes_[f].depth);
+    device_.enqueue_rows(unpack, rect.width, rect.height);
   }
   if (moving) enqueue_motion_blur(f, rect, exposure);
 

@@ -44,10 +44,11 @@ class ViewTemplate {
     double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
   };
 
-  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Returns false when the
-  /// object is out of view. The call draws at once and enqueues the rest.
+  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Colour, beside
+  /// brightness, is blurred by `color_variance`, square pixels of the frame. Returns false when the object is out of
+  /// view. The call draws at once and enqueues the rest.
   bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-               const Exposure& exposure = {});
+               const Exposure& exposure = {}, double color_variance = 0);
 
   /// As if nothing had been drawn yet.
   void clear();
@@ -85,7 +86,7 @@ class ViewTemplate {
   DepthRange range_;  ///< of it
   std::size_t drawn_level_ = 0;
   cl::Event copied_;  ///< of the host memory
-  cl::Kernel unpack_, unpack_depth_, motion_blur_, halve_depth_;
+  cl::Kernel unpack_, unpack_coarse_color_, unpack_depth_, motion_blur_, halve_depth_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;
 };

@@ -46,6 +46,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool photometric = true;         ///< gain and bias a channel, global and a tile
   bool shading = true;             ///< draw the view as light falls on it from one side, as learnt from the frames
   bool light_texels = true;        ///< average texels as light where the frames show that; false: as encoded values
+  bool coarse_color = true;        ///< draw colour as coarse as codecs keep it, where the frames show that
   bool lens_blur = true;           ///< draw the view as blurred as the lens makes it; how much is measured
   bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
   bool predict_velocity = true;    ///< the object may go on as it moved, beside no motion
