@@ -89,7 +89,7 @@ def kernels(result):
                     else:
                         row += [""] * 5
                     rows.append(row)
-        table(f"Kernels, {threads_text(threads)}, a frame, on the device's clock; shares of copying 4 MB and of multiply-adds in the"
+        table(f"Kernels, {threads_text(threads)}, a frame that they run in, on the device's clock; shares of copying 4 MB and of multiply-adds in the"
               " same minute",
               ["", "calls", "ms", "ns a pixel", "GB/s", "of copy", "GFLOP/s", "of peak"], rows)
 
