@@ -138,6 +138,9 @@ INLINE void store_interleaved(float r, float g, float b, float coverage, int col
 }
 #endif
 
+/* Brightness of encoded red, green and blue, as BT.601 weighs them. */
+#define LUMA(r, g, b) (0.299f * (r) + 0.587f * (g) + 0.114f * (b))
+
 /* select() by a comparison's result: vectors give -1, scalars 1. */
 #define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 

@@ -29,7 +29,7 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
     pixel_lane red = CHANNEL_0(bytes) * known * (1.0f / 255.0f), green = CHANNEL_1(bytes) * known * (1.0f / 255.0f);
     pixel_lane blue = CHANNEL_2(bytes) * known * (1.0f / 255.0f);
     if (view.grey) {
-      red = 0.299f * red + 0.587f * green + 0.114f * blue;
+      red = LUMA(red, green, blue);
       green = blue = (pixel_lane)(0.0f);
     }
     STORE_PIXELS(INTERLEAVED(red, green, blue, known), pixels + HF_PIXEL * e);
@@ -85,9 +85,6 @@ INLINE uint16 summed_along(uint16 before, uint16 here, uint16 after) {
                   (uint16)(here.s1234, here.s56789abc, here.sdef, after.s0),
                   (uint16)(here.s2345, here.s6789abcd, here.sef, after.s01));
 }
-#define TO_FLOATS(v) convert_float16(as_int16(v))
-#else
-#define TO_FLOATS(v) convert_float(v)
 #endif
 
 /* unpack_view, `rect` in whole tiles, for frames whose colour is coarser than their brightness: equation 6b of
@@ -120,14 +117,14 @@ __kernel void unpack_view_coarse_color(__global const uint* packed, __global con
 #undef ALONG
 #endif
     const packed_pixels sharp = known_pixels(packed, view, rect.width, i, row);
-    const lane_float red = TO_FLOATS(sharp & 255u), green = TO_FLOATS((sharp >> 8u) & 255u);
-    const lane_float blue = TO_FLOATS((sharp >> 16u) & 255u), known = (1.0f / 255.0f) * TO_FLOATS(sharp >> 24u);
-    /* Where a pixel is known, at least 36 of 256 parts are. */
-    const lane_float inverse = 255.0f * known / fmax((lane_float)(1.0f), TO_FLOATS(sums.green_alpha >> 16u));
-    const lane_float redder = fma(inverse, TO_FLOATS(sums.red_blue & 0xffffu), -red);
-    const lane_float greener = fma(inverse, TO_FLOATS(sums.green_alpha & 0xffffu), -green);
-    const lane_float bluer = fma(inverse, TO_FLOATS(sums.red_blue >> 16u), -blue);
-    const lane_float brighter = 0.299f * redder + 0.587f * greener + 0.114f * bluer;
+    const lane_float red = TO_FLOAT(sharp & 255u), green = TO_FLOAT((sharp >> 8u) & 255u);
+    const lane_float blue = TO_FLOAT((sharp >> 16u) & 255u), known = (1.0f / 255.0f) * TO_FLOAT(sharp >> 24u);
+    /* Alpha is a byte of 0 or 255; where a pixel is known, at least 36 of 256 parts are. */
+    const lane_float inverse = 255.0f * known / fmax((lane_float)(1.0f), TO_FLOAT(sums.green_alpha >> 16u));
+    const lane_float redder = fma(inverse, TO_FLOAT(sums.red_blue & 0xffffu), -red);
+    const lane_float greener = fma(inverse, TO_FLOAT(sums.green_alpha & 0xffffu), -green);
+    const lane_float bluer = fma(inverse, TO_FLOAT(sums.red_blue >> 16u), -blue);
+    const lane_float brighter = LUMA(redder, greener, bluer);
     const lane_float byte = (lane_float)(1.0f / 255.0f), variance = (lane_float)(view.color_variance);
     const lane_float r = byte * fma(variance, redder - brighter, red);
     const lane_float g = byte * fma(variance, greener - brighter, green);
@@ -212,7 +209,7 @@ INLINE void take_view_apart(uint16 pixels, int grey, float16* line) {
   const uint16 alpha = pixels & 0xff000000u;
   take_bytes_apart(select((uint16)(0), pixels | 0xff000000u, alpha != 0u), 4, line);
   if (grey) {
-    line[0] = 0.299f * line[0] + 0.587f * line[LINE_VECTORS] + 0.114f * line[2 * LINE_VECTORS];
+    line[0] = LUMA(line[0], line[LINE_VECTORS], line[2 * LINE_VECTORS]);
     line[LINE_VECTORS] = line[2 * LINE_VECTORS] = (float16)(0.0f);
   }
 }

@@ -124,7 +124,7 @@ struct Tracker::Impl {
   /// Measures, now and then, how the camera shows the texture, in a frame that was held with this pose. Changes nothing
   /// else of what is known.
   void measure_optics(const Pose& T_camera_object);
-  /// Which of two ways leaves less over; when that is not clear, the one on or, unless it `stays`, the one off.
+  /// Which of two ways leaves less over. When that is not clear it `stays` as it is, or else is off.
   void measure_choice(const Pose& T_camera_object, Optics& optics, Choice Optics::*choice, bool stays);
   /// How much the lens blurs.
   void measure_lens(const Pose& T_camera_object, Optics& optics);

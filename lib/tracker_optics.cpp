@@ -31,8 +31,8 @@ constexpr double kClearlySoft = 0.85;
 /// Square pixels, more than which nothing is told by.
 constexpr double kSoftest = 9;
 
-/// Whether a choice is to be measured in this frame, which it can be in.
-bool is_due(Choice& choice) {
+/// Counts a frame that a choice can be measured in; whether it is to be.
+bool count_frame(Choice& choice) {
   const bool clear = std::abs(choice.evidence) > kClear;
   const int pause = clear ? kPause : choice.measured < kChoiceMemory ? kPause / 16 : kPause / 4;
   return choice.measured < kFirstMeasurements || ++choice.since >= pause;
@@ -104,8 +104,8 @@ void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   const bool lens = textured_ && options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
   const bool known = static_cast<std::size_t>(optics.softness_measured) >= optics.softness.size();
 
-  const bool color_due = color && is_due(optics.coarse_color);
-  const bool texels_due = !color_due && texels && is_due(optics.light_texels);
+  const bool color_due = color && count_frame(optics.coarse_color);
+  const bool texels_due = !color_due && texels && count_frame(optics.light_texels);
   const bool lens_due = !color_due && !texels_due && lens && (!known || ++optics.since_lens >= kPause);
   if (!color_due && !texels_due && !lens_due) {
     look_.optics = optics;

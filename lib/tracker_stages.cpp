@@ -26,8 +26,6 @@ constexpr double kFreeDeviation = 0.3;
 constexpr double kBend = 6e-4;
 /// Pixels of a cell that tell how bright it is.
 constexpr double kLeastPatch = 8;
-/// Of colour that has half the resolution, square pixels: the mean of two by two, interpolated linearly.
-constexpr double kColorVariance = 1;
 /// Steps that the exposure is searched with.
 constexpr double kExposureStep = 0.2;
 /// Measurements that the exposure is a mean of, about.
@@ -80,7 +78,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   if (options_.light_texels) view_.renderer().set_light_texels(look_.optics.light_texels.on);
   view_.renderer().set_lens_blur(lens);
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure,
-                                   options_.coarse_color && look_.optics.coarse_color.on ? kColorVariance : 0);
+                                   options_.coarse_color && look_.optics.coarse_color.on);
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;

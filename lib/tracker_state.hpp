@@ -14,8 +14,8 @@ inline constexpr double kUsualScore = 0.8;
 /// One of two ways of drawing the view, as measured.
 struct Choice {
   bool on = false;
-  double evidence = 0;  ///< for that: log of how much more the other way leaves over, running mean
-  int measured = 0;     ///< of how many measurements
+  double evidence = 0;  ///< for it to be on: log of how much more is left over without, running mean
+  int measured = 0;     ///< of how many measurements that is, at most eight
   int since = 0;        ///< frames that it could have been measured in, since it was
 };
 

@@ -13,8 +13,9 @@ constexpr double kLeastMotionBlur = 1.0;
 /// this many.
 constexpr double kPixelsATap = 2.0;
 constexpr int kMostTaps = 24;
-/// Of colour, square pixels of the level drawn: what is less changes next to nothing.
-constexpr double kLeastColorVariance = 0.1;
+/// Variance of colour that has half the resolution, square pixels of the frame: the mean of two by two, interpolated
+/// linearly. Less than the least, of the level drawn, changes next to nothing.
+constexpr double kColorVariance = 1, kLeastColorVariance = 0.1;
 
 }  // namespace
 
@@ -78,7 +79,7 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
 }
 
 bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-                           const Exposure& exposure, double color_variance) {
+                           const Exposure& exposure, bool coarse_color) {
   const Rect object = bounds(T_camera_object);
   T_camera_object_ = T_camera_object;
   render_ms_ = 0;
@@ -114,9 +115,9 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   view.grey = grey ? 1 : 0;
   view.near_plane = static_cast<float>(range.near_plane);
   view.far_plane = static_cast<float>(range.far_plane);
-  color_variance /= 1 << (2 * finest);
-  const bool coarse_color = color_variance >= kLeastColorVariance && !grey;
-  view.color_variance = coarse_color ? static_cast<float>(std::min(1.0, color_variance)) : 0;
+  const double color_variance = kColorVariance / (1 << (2 * finest));
+  coarse_color = coarse_color && !grey && color_variance >= kLeastColorVariance;
+  view.color_variance = static_cast<float>(color_variance);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
   // Strips filter the render as it comes where nothing else is to be made of it.
   const bool as_it_comes = device_.strips && !moving && !coarse_color && count == 1;

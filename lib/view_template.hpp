@@ -44,11 +44,11 @@ class ViewTemplate {
     double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
   };
 
-  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. Colour, beside
-  /// brightness, is blurred by `color_variance`, square pixels of the frame. Returns false when the object is out of
-  /// view. The call draws at once and enqueues the rest.
+  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. With
+  /// `coarse_color` colour has half the resolution of brightness (equation 6b of docs/math.md). Returns false when the
+  /// object is out of view. The call draws at once and enqueues the rest.
   bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-               const Exposure& exposure = {}, double color_variance = 0);
+               const Exposure& exposure = {}, bool coarse_color = false);
 
   /// As if nothing had been drawn yet.
   void clear();
