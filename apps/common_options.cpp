@@ -66,6 +66,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options) {
   require_same(options.correlation_search, paper.correlation_search, "--correlation-search");
   require_same(options.search_radius, paper.search_radius, "--search-radius");
   require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
+  require_same(options.outline, paper.outline, "--outline");
   require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
   require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
@@ -260,6 +261,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--recovery,!--no-recovery", [](O& o) -> bool& { return o.recovery; },
       "Search a lost object over the whole picture");
+  add(
+      app, "--outline,!--no-outline", [](O& o) -> bool& { return o.outline; },
+      "Follow a model without texture by its outline; otherwise it is an error");
   add(
       app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
       "Of the shift search, pixels of the full frame");

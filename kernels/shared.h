@@ -58,6 +58,22 @@
 /* A cell's pairs: gain of three channels, bias of three channels. */
 #define HF_CELL_PAIRS 8
 
+/* Lines across the outline of an object: floats of a point, bits of each channel that tell colours apart, sums of a
+   line (A and h as those of a tile, then these). */
+#define HF_OUTLINE_POINT 8 /* point (camera axes), normal (x, y), reach of the object and of the background, 0 */
+#define HF_COLOR_BITS 4
+#define HF_OUTLINE_WRR 27 /* w times the squared distance to the edge that was found */
+#define HF_OUTLINE_W 28
+#define HF_OUTLINE_DISTANCE 29    /* that distance, pixels out of the object */
+#define HF_OUTLINE_INFORMATION 30 /* of the line, 1 / square pixels; 0: it tells nothing */
+#define HF_OUTLINE_AGREEMENT 31   /* how well its colours agree with an edge right here, -1 to 1 */
+#define HF_OUTLINE_SUMS 32
+#define HF_OUTLINE_LEAST_PIXELS 3.0f /* of a line on the frame, else it is none */
+#define HF_OUTLINE_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
+#define HF_OUTLINE_HALF_EDGE 0.7f    /* pixels beyond the outline to which pixels show shares, sharp frames */
+#define HF_OUTLINE_AGREED2 2.25f     /* squared distance of an edge by colours at which its shares weigh half */
+#define HF_OUTLINE_LEAST_DOUBT 0.3f  /* added to the doubt that weighs shares */
+
 #ifdef __OPENCL_VERSION__
 #define HF_INT int
 #define HF_FLOAT float
@@ -148,6 +164,23 @@ typedef struct {
   HF_FLOAT saturated; /* a channel of the frame at least so bright may be clipped, and weighs nothing */
   HF_INT elimination; /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
 } hf_constraints;
+
+typedef struct {
+  HF_FLOAT d[12];          /* D, rows of 3x4: where the outline's points have moved since the view was drawn */
+  HF_FLOAT fx, fy, cx, cy; /* camera of this level */
+  HF_FLOAT center[3];      /* reference point of rotation, camera frame */
+  HF_FLOAT radius;         /* scale of translation, metres */
+  hf_rect region;          /* pixels of the level that hold the frame */
+  HF_INT count;            /* lines */
+  HF_INT reach;            /* pixels looked at on either side */
+  HF_FLOAT step;           /* pixels between the sixteen places of the edge that are told apart */
+  HF_FLOAT softness2;      /* squared: half the pixels that the edge is blurred over */
+  HF_FLOAT trust;          /* in colours, below 0.5: what no edge explains must stay possible */
+  HF_FLOAT variance;       /* square pixels, of every line's edge beside what its colours leave open */
+  HF_INT by_shares;        /* 1: the edge is where the shares of both sides' colours put it */
+  HF_INT beside, around;   /* pixels at the edge that show shares, and up to which the sides' colours are taken */
+  HF_FLOAT far2;           /* square of the distance at which a line weighs half; 0: all weigh fully */
+} hf_outline;
 
 #ifndef __OPENCL_VERSION__
 }  // namespace holdfast::kernel

@@ -143,6 +143,11 @@ void DeviceImage::enqueue_halves(std::size_t level) {
   }
 }
 
+void DeviceImage::enqueue_pixels(int level) {
+  enqueue_convert();
+  enqueue_halves(static_cast<std::size_t>(level));
+}
+
 void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
   const auto l = static_cast<std::size_t>(level_index);
   const Level& level = levels_[l];
@@ -161,8 +166,7 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
   if (l == 0 && !distorted && filter_.blurs_frames(format_)) {
     filter_.enqueue_blur(bytes_, format_, frame_, level, rect, buffers.blurred);
   } else {
-    enqueue_convert();
-    enqueue_halves(l);
+    enqueue_pixels(level_index);
     const Rect covered = distorted ? Rect{} : Rect{0, 0, camera_.width >> l, camera_.height >> l};
     filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred, covered);
   }

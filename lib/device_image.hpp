@@ -27,6 +27,13 @@ class DeviceImage {
   /// where that is needed and was not yet done.
   void enqueue_blur(int level, const Rect& rect_of_level);
 
+  /// Converts the uploaded region and halves it down to the level where that was not yet done.
+  void enqueue_pixels(int level);
+
+  /// Not blurred, of enqueue_pixels(). Interleaved: three channels, coverage.
+  const cl::Buffer& pixels(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].pixels; }
+  /// Pixels of the level that the uploaded region is.
+  Rect uploaded(int level) const { return coarser(region_, level); }
   /// Interleaved: three channels, coverage.
   const cl::Buffer& blurred(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].blurred; }
   /// Level pixels [x, x + width) x [y, y + height) whose central differences are exact.

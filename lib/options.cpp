@@ -32,6 +32,7 @@ TrackerOptions TrackerOptions::paper() {
   options.mean_gradient = false;
   options.correlation_search = false;
   options.motion_blur = false;
+  options.outline = false;
   options.challenge = false;
   options.recovery = false;
   options.texture_samples = 1;

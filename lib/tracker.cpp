@@ -38,12 +38,13 @@ constexpr double kSaturated = 0.97;
 constexpr double kNeverSaturated = 2;
 constexpr double kLeastScale = 0.004, kMostScale = 0.1;
 
-const Mesh& validated(const Mesh& mesh) {
+const Mesh& validated(const Mesh& mesh, const TrackerOptions& options) {
   mesh.validate();
-  if (!mesh.has_appearance()) {
+  if (!mesh.has_appearance() && !options.outline) {
     throw Error(ErrorCode::model,
                 "the model has neither texture nor vertex colours, so there is nothing to compare with the frame; give "
-                "it a texture first ('holdfast bake' makes one from frames with poses)");
+                "it a texture first ('holdfast bake' makes one from frames with poses), or follow its outline (option "
+                "outline, not in paper mode)");
   }
   return mesh;
 }
@@ -75,7 +76,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma),
-      view_(device.impl(), validated(mesh), camera, levels_, filter_,
+      view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
             {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh),
              options.light_texels}),
       image_(device.impl(), camera, levels_, filter_),
@@ -83,9 +84,12 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       constraints_(device.impl(), levels_),
       search_(device.impl(), levels_, most_shifts(levels_, options)),
       photometry_(device.impl(), levels_, options.photometric),
+      outline_(device.impl(), levels_, {p_object_center_, radius_}, view_, image_),
       motion_({p_object_center_, radius_}, options.mode != Mode::paper),
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
+  has_appearance_ = mesh.has_appearance();
+  by_outline_ = !has_appearance_;
   shaded_ = options_.shading && has_flat_faces(mesh);
   textured_ = std::any_of(mesh.materials.begin(), mesh.materials.end(),
                           [](const Material& material) { return !material.texture.empty(); });
@@ -343,6 +347,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
+  if (by_outline_) return track_outline(frame);
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
@@ -398,6 +403,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
 
 FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   validate_pose(T_start);
+  if (by_outline_) return refine_outline(frame, T_start);
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;
   start.count = 1;
@@ -441,6 +447,9 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->proportions_.clear();
   impl_->photometry_.reset();
   impl_->look_ = {};
+  impl_->by_outline_ = impl_->options_.outline && !(impl_->has_appearance_ && impl_->shows_texture(T_camera_object));
+  impl_->outline_.clear();
+  impl_->usual_outline_ = 0;
   impl_->course_ = {};
   impl_->finest_ = impl_->options_.finest_level;
   impl_->started_ = true;
@@ -461,6 +470,7 @@ FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object)
 void Tracker::set_texture(std::size_t material, const Texture& texture) {
   impl_->view_.renderer().set_texture(material, texture);
   impl_->textured_ = impl_->textured_ || !texture.empty();
+  impl_->has_appearance_ = impl_->has_appearance_ || !texture.empty();
 }
 
 const Camera& Tracker::camera() const { return impl_->camera_; }

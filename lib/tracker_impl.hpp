@@ -12,6 +12,7 @@
 #include "keyframes.hpp"
 #include "motion_model.hpp"
 #include "occlusion.hpp"
+#include "outline_stage.hpp"
 #include "photometry.hpp"
 #include "shift_search.hpp"
 #include "solver.hpp"
@@ -170,6 +171,21 @@ struct Tracker::Impl {
   /// What the caller is told of an estimate: its verdict and its figures.
   void report(const Estimate& estimate, FrameResult& result) const;
 
+  /// As track(), by the outline alone (tracker_outline.cpp).
+  template <typename Frame>
+  FrameResult track_outline(const Frame& frame);
+  /// As refine(), by the outline alone.
+  FrameResult refine_outline(const ImageView& frame, const Pose& T_start);
+  template <typename Frame>
+  FrameResult follow_outline(const Frame& frame, const MotionModel::Hypotheses& hypotheses);
+  /// From one hypothesis after the other until one leads to what fits as usual; else the best.
+  OutlineEstimate outline_estimate(const MotionModel::Hypotheses& hypotheses);
+  /// Whether the surface seen from there has enough texture to be followed by, or too little is seen to tell.
+  bool shows_texture(const Pose& T_camera_object);
+  /// Score to live up to.
+  double expected_outline() const;
+  void report_outline(const OutlineEstimate& estimate, FrameResult& result) const;
+
   Camera camera_;
   TrackerOptions options_;
   Device device_;
@@ -183,6 +199,7 @@ struct Tracker::Impl {
   FlowConstraints constraints_;
   ShiftSearch search_;
   Photometry photometry_;
+  OutlineStage outline_;
   MotionModel motion_;
   Restlessness restlessness_;
   Keyframes keyframes_;
@@ -191,6 +208,9 @@ struct Tracker::Impl {
   std::vector<LitPatch> patches_;            ///< of the last frame held
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
   bool textured_ = false;
+  bool has_appearance_ = true;  ///< of the mesh, or given since
+  bool by_outline_ = false;     ///< nothing but the outline to go by
+  double usual_outline_ = 0;    ///< score, running mean; 0: not known yet
   Look look_;
   Course course_;
   /// On the finest level, as this frame's coarse ones let expect: while no frame was held.

@@ -37,7 +37,12 @@ void Tracker::Impl::warm_up() {
   const Rect corner{0, 0, 1, 1};
   for (const PixelFormat format : {PixelFormat::bgr8, PixelFormat::rgb8, PixelFormat::grey8}) see(format, corner);
   see(PixelFormat::rgba8, whole);
-  if (options_.mode == Mode::paper) {
+  if (by_outline_) {
+    outline_.learn(T_camera_object, finest_);
+    outline_.estimate(T_camera_object, finest_);
+    outline_.clear();
+    outline_.take_effort();
+  } else if (options_.mode == Mode::paper) {
     track_once(T_camera_object);
   } else {
     const int coarsest = std::min(finest_ + 1, options_.levels - 1);

@@ -54,6 +54,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool motion_blur = true;        ///< draw the view as blurred as the shutter makes it; how long it is open is measured
   bool challenge = true;          ///< a result worse than usual is challenged by starts turned away from it
   bool recovery = true;           ///< a lost object is searched for over the whole picture; such a frame takes longer
+  bool outline = true;            ///< follow an object without texture by its outline; false: it is an error
   int search_radius = 32;         ///< of the shift search, pixels of the full frame
   double lost_correlation = 0.5;  ///< below: lost
   double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost

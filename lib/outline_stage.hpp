@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "corner_motion.hpp"
+#include "device_image.hpp"
+#include "object_colors.hpp"
+#include "outline_constraints.hpp"
+#include "view_template.hpp"
+
+namespace holdfast {
+
+/// A pose that an object's outline leads to.
+struct OutlineEstimate {
+  Pose T_camera_object = Pose::Identity();
+  bool solved = false;
+  OutlineSums sums;
+  double score = -1;                     ///< agreement of the colours, times the share of lines whose edge is there
+  Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are
+};
+
+/// Follows the outline of an object through a frame: draws its silhouette, looks for its edges along lines across it,
+/// moves it there, coarse to fine, first by what colours belong to it, then by how much of it each pixel at the edge
+/// shows.
+class OutlineStage {
+ public:
+  /// Milliseconds and solved systems since they were last taken.
+  struct Effort {
+    double render_ms = 0, lines_ms = 0, solve_ms = 0;
+    int solved_systems = 0;
+  };
+
+  /// Draws with `view`'s renderer, looks at `image`.
+  OutlineStage(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent, ViewTemplate& view,
+               DeviceImage& image);
+
+  /// Forgets all colours.
+  void clear() { colors_.clear(); }
+  bool colors_known() const { return colors_.known(); }
+  const ObjectColors& colors() const { return colors_; }
+  void set_colors(const ObjectColors& colors);
+
+  /// Learns the colours on both sides of the outline at this pose; little by little once they are known.
+  void learn(const Pose& T_camera_object, int finest);
+
+  /// Nowhere solved where the object is out of view or too little of its outline is seen.
+  OutlineEstimate estimate(const Pose& T_start, int finest);
+
+  /// Pixels of the frame around the object that estimate() looks at, at most.
+  int margin() const { return (OutlineConstraints::kReach + 4) << (levels_.size() - 1); }
+
+  /// Pose of the silhouette drawn last.
+  const Pose& T_camera_object() const { return T_drawn_; }
+  Conditioning conditioning() const { return {T_drawn_ * extent_.p_object_center, extent_.radius}; }
+  Effort take_effort() { return std::exchange(effort_, {}); }
+
+  /// Pixels of the silhouette drawn last and inside the picture, of the frame.
+  int visible_pixels() const;
+  /// A byte a pixel of the frame, values of PixelClass: the silhouette drawn last, and what became of its outline.
+  void classify(std::vector<std::uint8_t>& classes) const;
+
+ private:
+  bool draw(const Pose& T_camera_object, int level);
+  int coarsest(const Pose& T_camera_object, int finest) const;
+  /// Some solutions on a level; draws anew where the outline has moved since.
+  bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search);
+  void measure(OutlineEstimate& estimate, const OutlineSearch& search);
+
+  const std::vector<Level>& levels_;
+  Extent extent_;
+  ViewTemplate& view_;
+  DeviceImage& image_;
+  OutlineConstraints constraints_;
+  ObjectColors colors_;
+  std::vector<float> depth_;
+  DrawnDepth drawn_;
+  Pose T_drawn_ = Pose::Identity();
+  int level_drawn_ = -1;       ///< none
+  Pose D_ = Pose::Identity();  ///< how the outline has moved since
+  Effort effort_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "stopwatch.hpp"
+#include "tracker_impl.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Score that is enough to be held on to, of itself and of the usual one, and to be found again.
+constexpr double kLeastScore = 0.4, kHeldShare = 0.6, kFoundShare = 0.8;
+/// Score taken for usual until it is known, and the weight of a new frame in it.
+constexpr double kOrdinaryScore = 0.75, kScoreMemory = 0.1;
+/// Farthest turn from where its motion leads that is believed, radians: silhouettes have look-alikes.
+constexpr double kFarthestTurn = 0.4;
+/// What makes a surface textured: share of its pixels with at least this gradient (a grey level in [0, 1] a pixel, all
+/// channels), of at least as many pixels.
+constexpr double kTexturedShare = 0.02, kTexturedGradient = 0.03;
+constexpr int kLeastTexturePixels = 100;
+/// How often colours are learnt anew from a first pose, which may be off, or a frame behind.
+constexpr int kFirstLooks = 2;
+
+}  // namespace
+
+bool Tracker::Impl::shows_texture(const Pose& T_camera_object) {
+  const Rect rect = view_.bounds(T_camera_object);
+  std::vector<std::uint8_t> rgba(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * 4);
+  view_.renderer().render(T_camera_object, levels_[0].camera, rect, {rgba.data(), nullptr, rect.width});
+  const std::ptrdiff_t row = 4 * static_cast<std::ptrdiff_t>(rect.width);
+  int known = 0, textured = 0;
+  for (int y = 1; y + 1 < rect.height; ++y) {
+    for (int x = 1; x + 1 < rect.width; ++x) {
+      const std::uint8_t* p = rgba.data() + y * row + 4 * static_cast<std::ptrdiff_t>(x);
+      if (p[3] < 255 || p[3 - 4] < 255 || p[3 + 4] < 255 || p[3 - row] < 255 || p[3 + row] < 255) continue;
+      double square = 0;
+      for (int c = 0; c < HF_CHANNELS; ++c) {
+        const double dx = (p[c + 4] - p[c - 4]) / 510.0, dy = (p[c + row] - p[c - row]) / 510.0;
+        square += dx * dx + dy * dy;
+      }
+      ++known;
+      if (square > kTexturedGradient * kTexturedGradient) ++textured;
+    }
+  }
+  return known < kLeastTexturePixels || textured >= kTexturedShare * known;
+}
+
+double Tracker::Impl::expected_outline() const { return usual_outline_ > 0 ? usual_outline_ : kOrdinaryScore; }
+
+OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& hypotheses) {
+  OutlineEstimate best;
+  best.T_camera_object = hypotheses.poses[0];
+  for (int i = 0; i < hypotheses.count; ++i) {
+    const OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
+    if (next.solved && next.score > best.score) best = next;
+    if (best.score > kUsualScore * expected_outline()) break;
+  }
+  return best;
+}
+
+template <typename Frame>
+FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel::Hypotheses& hypotheses) {
+  times_ = {};
+  FrameResult result;
+  {
+    const Stopwatch total(times_.total);
+    Rect wanted;
+    for (int i = 0; i < hypotheses.count; ++i) {
+      const Rect object = view_.bounds(hypotheses.poses[static_cast<std::size_t>(i)]);
+      if (object.empty()) continue;
+      wanted = wanted.empty() ? object : united(wanted, object);
+    }
+    OutlineEstimate best;
+    best.T_camera_object = hypotheses.poses[0];
+    if (!wanted.empty()) {
+      {
+        const Stopwatch watch(times_.upload);
+        image_.enqueue_upload(frame, image_.region(grown(wanted, outline_.margin())));
+      }
+      if (!outline_.colors_known()) {
+        Pose T_learnt = hypotheses.poses[0];
+        for (int i = 0; i < kFirstLooks; ++i) {
+          outline_.clear();
+          outline_.learn(T_learnt, finest_);
+          best = outline_estimate(hypotheses);
+          if (best.solved) T_learnt = best.T_camera_object;
+        }
+        outline_.clear();
+        outline_.learn(T_learnt, finest_);
+      }
+      best = outline_estimate(hypotheses);
+    }
+    report_outline(best, result);
+    if (result.status == Status::held) outline_.learn(best.T_camera_object, finest_);
+    const OutlineStage::Effort effort = outline_.take_effort();
+    times_.render = effort.render_ms;
+    times_.filter = effort.lines_ms;
+    times_.solve = effort.solve_ms;
+    result.iterations = effort.solved_systems;
+    last_score_ = best.score;
+  }
+  result.ms = times_;
+  return result;
+}
+
+void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult& result) const {
+  const OutlineSums& sums = estimate.sums;
+  result.T_camera_object = estimate.T_camera_object;
+  result.visible_pixels = outline_.visible_pixels();
+  result.usable_pixels = result.gradient_pixels = static_cast<int>(sums.lines);
+  result.passed_pixels = result.rows = static_cast<int>(sums.rows);
+  result.used_pixels = static_cast<int>(sums.near);
+  result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
+  result.correlation = sums.agreement;
+  if (estimate.covariance.trace() > 0) {
+    const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
+    result.information = outline_.conditioning().information(0.5 * (information + information.transpose()));
+  }
+  const bool lost = motion_.lost();
+  const double least = std::max(kLeastScore, (lost ? kFoundShare : kHeldShare) * expected_outline());
+  const bool expected = goes_on(motion_.pose(), estimate.T_camera_object, kFarthestTurn) ||
+                        goes_on(motion_.predicted(), estimate.T_camera_object, kFarthestTurn);
+  if (estimate.solved && estimate.score >= least && expected) {
+    result.status = Status::held;
+  } else if (!estimate.solved) {
+    result.reason = result.visible_pixels > 0 ? "too little of the outline in view" : "out of view";
+  } else if (!expected) {
+    result.reason = "the outline fits only where the object could hardly have come to";
+  } else {
+    result.reason =
+        lost ? "lost before, and not surely found again" : "the outline is not found: occluded, or motion too fast";
+  }
+}
+
+template <typename Frame>
+FrameResult Tracker::Impl::track_outline(const Frame& frame) {
+  choose_finest_level();
+  FrameResult result = follow_outline(frame, motion_.hypotheses(options_.predict_velocity, true));
+  if (result.status == Status::held) {
+    course_.visible_pixels = result.visible_pixels;
+    usual_outline_ = expected_outline() + kScoreMemory * (last_score_ - expected_outline());
+    motion_.advance(result.T_camera_object, true);
+  } else {
+    result.T_camera_object = motion_.supposed(options_.predict_velocity);
+    motion_.lose();
+  }
+  return result;
+}
+
+FrameResult Tracker::Impl::refine_outline(const ImageView& frame, const Pose& T_start) {
+  MotionModel::Hypotheses start;
+  start.poses[0] = T_start;
+  start.count = 1;
+  const ObjectColors colors = outline_.colors();
+  const MotionModel motion = std::exchange(motion_, MotionModel({p_object_center_, radius_}, true));
+  motion_.reset(T_start);
+  const FrameResult result = follow_outline(frame, start);
+  motion_ = motion;
+  outline_.set_colors(colors);
+  return result;
+}
+
+template FrameResult Tracker::Impl::track_outline(const ImageView& frame);
+template FrameResult Tracker::Impl::track_outline(const DeviceImageView& frame);
+
+}  // namespace holdfast
