@@ -1,10 +1,10 @@
 /* Lines across the object's outline: where along each of them the frame's colours change from the object's to the
-   background's (equations 31 to 34 of docs/math.md). A work-item a line, whatever the partition: lines are few. */
+   background's (equations 23 to 28 of docs/math.md). A work-item a line, whatever the partition: lines are few. */
 
 /* Colours are told apart by their highest bits. */
 INLINE int color_bin(float4 pixel) {
   const int most = (1 << HF_COLOR_BITS) - 1;
-  const int4 c = clamp(convert_int4(pixel * (float)(1 << HF_COLOR_BITS)), 0, most);
+  const int4 c = clamp(convert_int4(pixel * (float)(1 << HF_COLOR_BITS)), (int4)(0), (int4)(most));
   return ((c.x << HF_COLOR_BITS | c.y) << HF_COLOR_BITS) | c.z;
 }
 
@@ -24,7 +24,7 @@ INLINE outline_line moved_line(__global const float* points, int i, hf_outline o
                     o.d[8] * point.s0 + o.d[9] * point.s1 + o.d[10] * point.s2 + o.d[11]);
   const float2 normal = (float2)(o.d[0] * point.s3 + o.d[1] * point.s4, o.d[4] * point.s3 + o.d[5] * point.s4);
   line.normal = normal / fmax(length(normal), 1e-6f);
-  const float z = fmax(line.p.z, 1e-6f);
+  const float z = fmax(line.p.z, HF_OUTLINE_LEAST_Z);
   line.pixel = (float2)(o.fx * line.p.x / z + o.cx, o.fy * line.p.y / z + o.cy);
   line.inside = point.s5;
   line.outside = point.s6;
@@ -54,7 +54,8 @@ __kernel void outline_colors(__global const float* frame, hf_layout layout, __gl
   for (int k = -o.reach; k <= o.reach; ++k) {
     float4 pixel;
     float beyond;
-    out[k] = line_pixel(frame, layout, o, line, k, &pixel, &beyond) ? color_bin(pixel) : -1;
+    const int there = line.p.z >= HF_OUTLINE_LEAST_Z && line_pixel(frame, layout, o, line, k, &pixel, &beyond);
+    out[k] = there ? color_bin(pixel) : -1;
   }
 }
 
@@ -65,7 +66,7 @@ INLINE float total(float16 v) {
 }
 
 /* How far beyond the outline the shares put the edge that both sides' colours have in the pixels next to it, as an
-   area: no symmetrical blur moves it (equation 35). `doubt` is what the colours vary by, over their squared contrast;
+   area: no symmetrical blur moves it (equation 27). `doubt` is what the colours vary by, over their squared contrast;
    false where too little of a side is seen. */
 INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_outline o, outline_line line, float* offset,
                           float* doubt) {
@@ -117,7 +118,7 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
   __global float* out = sums + i * HF_OUTLINE_SUMS;
   for (int n = 0; n < HF_OUTLINE_SUMS; ++n) out[n] = 0.0f;
   const outline_line line = moved_line(points, i, o);
-  if (line.p.z < 1e-6f) return;
+  if (line.p.z < HF_OUTLINE_LEAST_Z) return;
 
   const float16 place = ((float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - 7.5f) * o.step;
   float16 likelihood = (float16)(1.0f);
@@ -151,7 +152,7 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
   }
   if (o.far2 > 0.0f) weight /= 1.0f + distance * distance / o.far2;
 
-  /* d(distance along the normal) / d(conditioned twist): equation 36. */
+  /* d(distance along the normal) / d(conditioned twist): equation 28. */
   const float z = line.p.z;
   const float gx = line.normal.x * o.fx / z, gy = line.normal.y * o.fy / z;
   const float gz = -(gx * line.p.x + gy * line.p.y) / z;
@@ -165,6 +166,7 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
   for (int a = 0; a < 6; ++a) {
     for (int b = a; b < 6; ++b) out[n++] = weight * row[a] * row[b];
     out[HF_SUM_H + a] = weight * row[a] * distance;
+    out[HF_OUTLINE_OUTWARD + a] = weight * row[a];
   }
   out[HF_OUTLINE_WRR] = weight * distance * distance;
   out[HF_OUTLINE_W] = weight;

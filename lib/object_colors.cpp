@@ -22,7 +22,7 @@ void ObjectColors::clear() {
   known_ = false;
 }
 
-void ObjectColors::add(std::span<const int> bins, int reach, bool inside, std::vector<float>& frequency) {
+bool ObjectColors::add(std::span<const int> bins, int reach, bool inside, std::vector<float>& frequency) {
   std::fill(count_.begin(), count_.end(), 0.0F);
   const std::size_t line = 2 * static_cast<std::size_t>(reach) + 1;
   const std::size_t first = inside ? 0 : static_cast<std::size_t>(reach + kBetween + 1);
@@ -36,15 +36,15 @@ void ObjectColors::add(std::span<const int> bins, int reach, bool inside, std::v
       all += 1;
     }
   }
-  if (all == 0) return;
+  if (all == 0) return false;
   const float memory = known_ ? kMemory : 1;
   for (std::size_t i = 0; i < kBins; ++i) frequency[i] += memory * (count_[i] / all - frequency[i]);
+  return true;
 }
 
 void ObjectColors::learn(std::span<const int> bins, int reach) {
-  add(bins, reach, true, object_);
-  add(bins, reach, false, background_);
-  known_ = true;
+  const bool object = add(bins, reach, true, object_), background = add(bins, reach, false, background_);
+  known_ = known_ || (object && background);
   for (std::size_t i = 0; i < kBins; ++i) {
     share_[i] = (object_[i] + kUnseen) / (object_[i] + background_[i] + 2 * kUnseen);
   }

@@ -8,7 +8,7 @@
 
 namespace holdfast {
 
-/// Which colours belong to the object and which to what is behind it, as seen along the object's outline (equation 32
+/// Which colours belong to the object and which to what is behind it, as seen along the object's outline (equation 24
 /// of docs/math.md).
 class ObjectColors {
  public:
@@ -28,7 +28,8 @@ class ObjectColors {
   std::vector<float> count_;  ///< of the frame being added
   bool known_ = false;
 
-  void add(std::span<const int> bins, int reach, bool inside, std::vector<float>& frequency);
+  /// False where no pixel of that side is there.
+  bool add(std::span<const int> bins, int reach, bool inside, std::vector<float>& frequency);
 };
 
 }  // namespace holdfast

@@ -97,21 +97,24 @@ OutlineSums OutlineConstraints::evaluate(DeviceImage& image, const Pose& D, cons
     const float* line = sums_.data() + i * HF_OUTLINE_SUMS;
     if (line[HF_OUTLINE_AGREEMENT] == 0.0F && line[HF_OUTLINE_INFORMATION] == 0.0F) continue;
     ++sums.lines;
-    sums.agreement += static_cast<double>(line[HF_OUTLINE_AGREEMENT]);
     if (static_cast<double>(line[HF_OUTLINE_INFORMATION]) < kLeastInformation) continue;
     const bool near = std::abs(static_cast<double>(line[HF_OUTLINE_DISTANCE])) < kNear;
     lines_[i] = near ? Line::near : Line::far;
-    if (near) ++sums.near;
+    if (near) {
+      ++sums.near;
+      sums.agreement += static_cast<double>(line[HF_OUTLINE_AGREEMENT]);
+    }
     ++sums.rows;
     std::size_t n = HF_SUM_A;
     for (int a = 0; a < 6; ++a) {
       for (int b = a; b < 6; ++b) sums.A(a, b) += static_cast<double>(line[n++]);
       sums.h(a) += static_cast<double>(line[HF_SUM_H + a]);
+      sums.outward(a) += static_cast<double>(line[HF_OUTLINE_OUTWARD + a]);
     }
     sums.weighted_square += static_cast<double>(line[HF_OUTLINE_WRR]);
     sums.weight += static_cast<double>(line[HF_OUTLINE_W]);
   }
-  if (sums.lines > 0) sums.agreement /= sums.lines;
+  if (sums.near > 0) sums.agreement /= sums.near;
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b < a; ++b) sums.A(a, b) = sums.A(b, a);
   }

@@ -14,9 +14,10 @@ namespace holdfast {
 /// Sums of all lines across an outline, in double. Rows count lines that tell something; residuals are pixels of the
 /// level.
 struct OutlineSums : ConstraintSums {
+  Twist outward = Twist::Zero();  ///< what h gains where every edge is found a pixel farther out
   double lines = 0;      ///< on the frame
-  double agreement = 0;  ///< of the frame's colours with the outline where it is, mean over the lines, at most 1
-  double near = 0;       ///< lines whose edge is found next to it
+  double agreement = 0;  ///< of colours with the outline, mean over the lines whose edge is next to it, at most 1
+  double near = 0;       ///< how many those are
 };
 
 /// How closely edges are looked for.
@@ -28,7 +29,7 @@ struct OutlineSearch {
 };
 
 /// Constraints from the outline of an object: the line across it at each point, compared with the frame's colours
-/// (equations 31 to 34 of docs/math.md). A row a line; lines are summed here in double and in fixed order.
+/// (equations 23 to 28 of docs/math.md). A row a line; lines are summed here in double and in fixed order.
 class OutlineConstraints {
  public:
   /// Pixels of the level that lines are looked at on either side.

@@ -8,8 +8,8 @@ namespace holdfast {
 namespace {
 
 /// Pixels around an outline's pixel that tell where the outline runs, and the Gaussian that weighs them.
-constexpr int kAround = 3;
-constexpr double kSigma = 1.2;
+constexpr int kAround = 5;
+constexpr double kSigma = 2;
 /// Object that must be seen inside of a point, pixels.
 constexpr float kLeastInside = 2;
 
@@ -71,7 +71,9 @@ void outline_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
   };
   std::size_t outline = 0;
   each([&](int, int) { ++outline; });
-  const std::size_t every = std::max<std::size_t>(1, (outline + most - 1) / std::max<std::size_t>(most, 1));
+  // Rows hold pixels of both sides in turn: every n-th would be of one side only.
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  const double share = outline > most ? static_cast<double>(most) / static_cast<double>(outline) : 1;
   std::array<std::array<double, 2 * kAround + 1>, 2 * kAround + 1> weight;
   double all = 0;
   for (int v = -kAround; v <= kAround; ++v) {
@@ -83,20 +85,21 @@ void outline_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
   }
   std::size_t seen = 0;
   each([&](int x, int y) {
-    if (seen++ % every != every / 2) return;
-    double share = 0;
+    const double turns = kGoldenRatio * static_cast<double>(seen++);
+    if (turns - std::floor(turns) >= share || points.size() >= most) return;
+    double inside = 0;
     Eigen::Vector2d towards = Eigen::Vector2d::Zero();
     for (int v = -kAround; v <= kAround; ++v) {
       for (int u = -kAround; u <= kAround; ++u) {
         if (!silhouette.object(x + u, y + v)) continue;
         const double w = weight[static_cast<std::size_t>(v + kAround)][static_cast<std::size_t>(u + kAround)];
-        share += w;
+        inside += w;
         towards += w * Eigen::Vector2d(u, v);
       }
     }
     if (towards.norm() < 0.05 * all) return;  // thinner than what is looked at
     const Eigen::Vector2d normal = -towards.normalized();
-    const Eigen::Vector2d at = Eigen::Vector2d(x, y) + kSigma * distance_of_share(share / all) * normal;
+    const Eigen::Vector2d at = Eigen::Vector2d(x, y) + kSigma * distance_of_share(inside / all) * normal;
     OutlinePoint point;
     point.normal = normal.cast<float>();
     point.inside = reach_along(silhouette, at, -normal, true, reach);

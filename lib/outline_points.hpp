@@ -27,7 +27,7 @@ struct DrawnDepth {
 };
 
 /// At most `most` points, evenly along the outline where it lies inside the picture; the object must be seen for some
-/// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 31 of docs/math.md).
+/// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 23 of docs/math.md).
 void outline_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach,
                     std::vector<OutlinePoint>& points);
 

@@ -23,8 +23,9 @@ constexpr double kRedraw = 0.25;
 /// The start's own uncertainty, object radii and radians, and lines that tell as much as one that knows its neighbours'
 /// errors: what the outline leaves free stays as it is.
 constexpr double kFreeDeviation = 0.08, kLinesPerObservation = 20;
-/// Lines whose errors are alike, of the covariance.
-constexpr double kAlike = 10;
+/// Of the covariance: lines whose errors are alike, and what blur, light and colours may move all edges by at once,
+/// pixels.
+constexpr double kAlike = 12, kOutward = 0.2;
 
 /// By colours alone on coarser levels and first on the finest; then closer; then by what pixels at the edge show.
 constexpr OutlineSearch kCoarse{.step = 1, .deviation = 1, .far = 2, .by_shares = false};
@@ -110,6 +111,9 @@ void OutlineStage::measure(OutlineEstimate& estimate, const OutlineSearch& searc
   const double prior = 1 / (kFreeDeviation * kFreeDeviation);
   const Matrix6 information = sums.A / (kAlike * std::max(square, 1e-9)) + prior * Matrix6::Identity();
   estimate.covariance = information.ldlt().solve(Matrix6::Identity());
+  const Matrix6 A = sums.A + 1e-3 * prior * Matrix6::Identity();
+  const Twist outward = kOutward * A.ldlt().solve(sums.outward);
+  estimate.covariance += outward * outward.transpose();
 }
 
 OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest) {
@@ -138,8 +142,10 @@ void OutlineStage::learn(const Pose& T_camera_object, int finest) {
   constraints_.set_colors(colors_);
 }
 
-void OutlineStage::classify(std::vector<std::uint8_t>& classes) const {
+void OutlineStage::classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes) {
+  draw(T_camera_object, finest);
   if (level_drawn_ < 0) return;
+  constraints_.evaluate(image_, D_, conditioning(), kClosest);
   const Level& first = levels_[0];
   const int side = 1 << level_drawn_;
   const auto set = [&](int x, int y, PixelClass value) {

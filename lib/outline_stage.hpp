@@ -51,15 +51,13 @@ class OutlineStage {
   /// Pixels of the frame around the object that estimate() looks at, at most.
   int margin() const { return (OutlineConstraints::kReach + 4) << (levels_.size() - 1); }
 
-  /// Pose of the silhouette drawn last.
-  const Pose& T_camera_object() const { return T_drawn_; }
   Conditioning conditioning() const { return {T_drawn_ * extent_.p_object_center, extent_.radius}; }
   Effort take_effort() { return std::exchange(effort_, {}); }
 
-  /// Pixels of the silhouette drawn last and inside the picture, of the frame.
+  /// Pixels of the frame inside the silhouette drawn last.
   int visible_pixels() const;
-  /// A byte a pixel of the frame, values of PixelClass: the silhouette drawn last, and what became of its outline.
-  void classify(std::vector<std::uint8_t>& classes) const;
+  /// A byte a pixel of the frame, values of PixelClass: the silhouette at a pose, and what becomes of its outline.
+  void classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes);
 
  private:
   bool draw(const Pose& T_camera_object, int level);

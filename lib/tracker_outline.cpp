@@ -9,24 +9,31 @@ namespace holdfast {
 namespace {
 
 /// Score that is enough to be held on to, of itself and of the usual one, and to be found again.
-constexpr double kLeastScore = 0.4, kHeldShare = 0.6, kFoundShare = 0.8;
+constexpr double kLeastScore = 0.4, kHeldShare = 0.55, kFoundShare = 0.65;
 /// Score taken for usual until it is known, and the weight of a new frame in it.
-constexpr double kOrdinaryScore = 0.75, kScoreMemory = 0.1;
+constexpr double kOrdinaryScore = 0.85, kScoreMemory = 0.1;
 /// Farthest turn from where its motion leads that is believed, radians: silhouettes have look-alikes.
 constexpr double kFarthestTurn = 0.4;
 /// What makes a surface textured: share of its pixels with at least this gradient (a grey level in [0, 1] a pixel, all
 /// channels), of at least as many pixels.
-constexpr double kTexturedShare = 0.02, kTexturedGradient = 0.03;
+constexpr double kTexturedShare = 0.02, kTexturedGradient = 0.045;
 constexpr int kLeastTexturePixels = 100;
+/// Pixels that the object is wide at most where that is counted: from nearby any print has soft edges.
+constexpr int kTextureSide = 256;
 /// How often colours are learnt anew from a first pose, which may be off, or a frame behind.
 constexpr int kFirstLooks = 2;
 
 }  // namespace
 
 bool Tracker::Impl::shows_texture(const Pose& T_camera_object) {
-  const Rect rect = view_.bounds(T_camera_object);
+  const Rect object = view_.bounds(T_camera_object);
+  int level = 0;
+  while (level + 1 < options_.levels && std::max(object.width, object.height) >> level > kTextureSide) ++level;
+  const Rect rect = coarser(object, level);
+  if (rect.empty()) return true;
   std::vector<std::uint8_t> rgba(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * 4);
-  view_.renderer().render(T_camera_object, levels_[0].camera, rect, {rgba.data(), nullptr, rect.width});
+  view_.renderer().render(T_camera_object, levels_[static_cast<std::size_t>(level)].camera, rect,
+                          {rgba.data(), nullptr, rect.width});
   const std::ptrdiff_t row = 4 * static_cast<std::ptrdiff_t>(rect.width);
   int known = 0, textured = 0;
   for (int y = 1; y + 1 < rect.height; ++y) {
@@ -91,13 +98,16 @@ FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel:
       best = outline_estimate(hypotheses);
     }
     report_outline(best, result);
-    if (result.status == Status::held) outline_.learn(best.T_camera_object, finest_);
+    // What an occluder looks like is not to be learnt as the object's.
+    const bool as_usual = best.score > kUsualScore * expected_outline();
+    if (result.status == Status::held && as_usual) outline_.learn(best.T_camera_object, finest_);
     const OutlineStage::Effort effort = outline_.take_effort();
     times_.render = effort.render_ms;
     times_.filter = effort.lines_ms;
     times_.solve = effort.solve_ms;
     result.iterations = effort.solved_systems;
     last_score_ = best.score;
+    course_.T_last = best.T_camera_object;
   }
   result.ms = times_;
   return result;

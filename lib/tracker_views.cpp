@@ -13,7 +13,7 @@ PixelMask Tracker::pixel_mask() const {
     if (impl.by_outline_) {
       PixelMask mask{impl.camera_.width, impl.camera_.height, {}};
       mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
-      impl.outline_.classify(mask.classes);
+      impl.outline_.classify(impl.course_.T_last, impl.finest_, mask.classes);
       return mask;
     }
     impl.decide_all_pixels();
@@ -47,7 +47,7 @@ RenderedView Tracker::rendered_view() const {
   RenderedView view;
   view.width = impl.camera_.width;
   view.height = impl.camera_.height;
-  view.T_camera_object = impl.by_outline_ ? impl.outline_.T_camera_object() : impl.view_.T_camera_object();
+  view.T_camera_object = impl.by_outline_ ? impl.course_.T_last : impl.view_.T_camera_object();
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);

@@ -251,7 +251,8 @@ TEST_CASE("Models") {
   write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
   check_fails(kInput, track({{"--model", "nan.obj"}}), {"nan.obj", "NaN"});
   write("plain.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nf 1 2 3\n");
-  check_fails(kInput, track({{"--model", "plain.obj"}}), {"neither texture nor vertex colours", "holdfast bake"});
+  check_fails(kInput, track({{"--model", "plain.obj"}, {"--mode", "paper"}}),
+              {"neither texture nor vertex colours", "holdfast bake"});
   write("lost.mtl", "newmtl m\nmap_Kd gone.png\n");
   write("lost.obj",
         "mtllib lost.mtl\nv 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n");

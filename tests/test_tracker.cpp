@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "device_impl.hpp"
@@ -396,12 +397,15 @@ TEST_CASE("nothing is allocated in the per-frame path after warm-up") {
   const Sequence sequence(box(), paper_camera(12, 5, 19));
   std::vector<cv::Mat> frames;
   for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
-  for (const bool paper : {false, true}) {
+  Mesh shape = box();
+  for (Material& material : shape.materials) material.texture = {};
+  for (const auto& [paper, mesh] : {std::pair{false, box()}, {true, box()}, {false, shape}}) {
     CAPTURE(paper);
-    Tracker tracker(box(), sequence.camera(), paper ? TrackerOptions::paper() : TrackerOptions{});
+    CAPTURE(mesh.has_appearance());
+    Tracker tracker(mesh, sequence.camera(), paper ? TrackerOptions::paper() : TrackerOptions{});
     tracker.reset(sequence.pose(0));
     // One solve a frame does not follow this motion: the paper's mode sees the first frame again and again.
-    const auto frame = [&](std::size_t i) { return view_of(frames[paper ? 0 : i]); };
+    const auto frame = [&, still = paper](std::size_t i) { return view_of(frames[still ? 0 : i]); };
     for (std::size_t i = 0; i < 4; ++i) tracker.track(frame(i));
     const long created_before = created, allocated_before = test::operator_new_count();
     long failed = 0;

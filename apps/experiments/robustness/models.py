@@ -61,6 +61,14 @@ class Model:
                     file.write("f {}/{} {}/{} {}/{}\n".format(*triangle.reshape(-1)))
         return folder / "model.obj"
 
+    def write_shape(self, folder):
+        """folder/shape.obj: points and triangles, nothing on them. Returns its path."""
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(folder / "shape.obj", "w", encoding="utf-8") as file:
+            file.writelines("v {:.7f} {:.7f} {:.7f}\n".format(*point) for point in self.points)
+            file.writelines("f {} {} {}\n".format(*triangle) for triangle in self.corners[:, :, 0] + 1)
+        return folder / "shape.obj"
+
 
 def read(path):
     """An OBJ file of triangles with one texture, as `write` makes them and the recorded sequences' models are."""

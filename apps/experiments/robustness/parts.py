@@ -10,6 +10,7 @@ import frame0
 import light
 import measures
 import models
+import outline
 import paths
 from bench import CAMERA, Subject
 from document import table
@@ -247,5 +248,7 @@ def wrong_variants(bench, kind):
 
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
-    "small": small, "outside": outside, "objects": objects, "frame0": frame0.part, "same-twice": same_twice, "ablation": ablation.part,
+    "small": small, "outside": outside, "objects": objects, "outline": outline.part,
+    "frame0": frame0.part, "same-twice": same_twice,
+    "ablation": ablation.part,
 }

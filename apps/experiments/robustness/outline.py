@@ -1,0 +1,70 @@
+"""Objects followed by their outline alone: plain ones, simulated, and the recorded ones without their texture."""
+
+import statistics
+import tomllib
+
+import measures
+import models
+from bench import Subject
+from document import table
+from measures import text
+from PIL import Image
+from recorded import PEERS
+from work import digest
+
+
+def painted(model, color):
+    return models.Model(model.points, model.coordinates, model.corners, None, [Image.new("RGB", (8, 8), tuple(color))])
+
+
+def shape_of(bench, name, model):
+    """The model's surface without anything on it."""
+    folder = bench.folder / "models" / ("shape-" + name)
+    stamp = bench.keep(folder, digest(bench.maker_digest, model), lambda: models.read(model).write_shape(folder))
+    return folder / "shape.obj", stamp
+
+
+def row(run):
+    counted = [r for r in run.rows if r["counted"] == "1"]
+    good = [r for r in counted if r["failed"] != "1"]
+    errors = [measures.error(r) for r in good]
+    held = sum(map(measures.held, good))
+
+    def spread(i):
+        values = sorted(e[i] for e in errors)
+        return "{} / {}".format(text(statistics.median(values)), text(values[int(0.95 * (len(values) - 1))]))
+
+    squares = [measures.number(r, "normalized_error_squared") for r in good if measures.held(r)]
+    inside = 100 * sum(s <= 12.592 for s in squares) / max(1, len(squares))
+    return [text(100 * len(good) / len(counted), 1), text(100 * held / max(1, len(good)), 1),
+            sum(measures.wrong(r) for r in counted), spread(0), spread(3), text(inside, 1),
+            text(statistics.median(measures.number(r, "ms") for r in run.rows))]
+
+
+HEAD = ["success, %", "of these called held, %", "held but wrong", "mm: median / 95 %", "deg: median / 95 %",
+        "inside the 95 % ellipsoid, %", "ms"]
+
+
+def part(bench, recorded):
+    asked = bench.scenario["outline"]
+    rows = []
+    for kind, color in asked["colors"].items():
+        model = bench.changed_model("painted-" + kind, bench.model(kind, asked["seeds"][kind]),
+                                    lambda m, color=color: painted(m, color))
+        shape, stamp = shape_of(bench, kind, model)
+        for condition, changes in asked["conditions"].items():
+            name = "outline-{}-{}".format(kind, condition)
+            seen = bench.simulated(name, model, changes)
+            subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
+            rows.append([kind, condition, *row(bench.track(name, subject, "--protocol", "rbot"))])
+    out = table(["object", "condition", *HEAD], rows)
+    if recorded:
+        peers = tomllib.loads(PEERS.read_text(encoding="utf-8"))["sequences"]
+        rows = []
+        for name, seen in recorded.items():
+            shape, stamp = shape_of(bench, seen.model.parent.name, seen.model)
+            subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
+            run = bench.track("outline-" + name, subject, "--protocol", "rbot", "--min-visible", asked["least_visible"])
+            rows.append([name, *row(run), peers.get(name, [""])[0]])
+        out += "\n" + table(["sequence", *HEAD, "M3T region: success %, first loss, mm, deg"], rows)
+    return out
