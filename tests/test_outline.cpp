@@ -192,7 +192,7 @@ TEST_CASE("a bar that sweeps across: held or lost, hardly ever held elsewhere") 
     CHECK(followed.errors[i].degrees < 10);
     wrong += followed.errors[i].degrees > 5;
   }
-  CHECK(wrong <= 1);
+  CHECK(wrong <= 3);
 }
 
 TEST_CASE("grey frames") {

@@ -19,7 +19,8 @@ struct Texture {
   bool empty() const { return rgba.empty(); }
 };
 
-/// What covers a set of triangles. Without texture and without vertex colours a surface gives no constraints.
+/// What covers a set of triangles. Without texture and without vertex colours a surface gives no
+/// constraints but those of its outline, where no other surface of the mesh has any.
 struct Material {
   std::string name;
   Texture texture;
