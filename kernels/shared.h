@@ -69,7 +69,7 @@
 #define HF_OUTLINE_AGREEMENT 31   /* how well its colours agree with an edge right here, -1 to 1 */
 #define HF_OUTLINE_OUTWARD 32     /* 6: what h gains where every edge is found a pixel farther out */
 #define HF_OUTLINE_SUMS 40
-#define HF_OUTLINE_LEAST_Z 1e-6f       /* metres, of a point in front of the camera */
+#define HF_OUTLINE_LEAST_Z 1e-6f     /* metres, of a point in front of the camera */
 #define HF_OUTLINE_LEAST_PIXELS 3.0f /* of a line on the frame, else it is none */
 #define HF_OUTLINE_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
 #define HF_OUTLINE_HALF_EDGE 0.7f    /* pixels beyond the outline to which pixels show shares, sharp frames */

@@ -15,7 +15,7 @@ namespace holdfast {
 /// level.
 struct OutlineSums : ConstraintSums {
   Twist outward = Twist::Zero();  ///< what h gains where every edge is found a pixel farther out
-  double lines = 0;      ///< on the frame
+  double lines = 0;               ///< on the frame
   double agreement = 0;  ///< of colours with the outline, mean over the lines whose edge is next to it, at most 1
   double near = 0;       ///< how many those are
 };
