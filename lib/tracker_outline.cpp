@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "stopwatch.hpp"
@@ -20,6 +21,8 @@ constexpr double kTexturedShare = 0.02, kTexturedGradient = 0.045;
 constexpr int kLeastTexturePixels = 100;
 /// Pixels that the object is wide at most where that is counted: from nearby any print has soft edges.
 constexpr int kTextureSide = 256;
+/// Share of the outline that may be hidden without a word.
+constexpr double kMuchHidden = 0.25;
 /// How often colours are learnt anew from a first pose, which may be off, or a frame behind.
 constexpr int kFirstLooks = 2;
 
@@ -115,6 +118,7 @@ FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel:
 
 void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult& result) const {
   const OutlineSums& sums = estimate.sums;
+  result.by_outline = true;
   result.T_camera_object = estimate.T_camera_object;
   result.visible_pixels = outline_.visible_pixels();
   result.usable_pixels = result.gradient_pixels = static_cast<int>(sums.lines);
@@ -132,6 +136,8 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
                         goes_on(motion_.predicted(), estimate.T_camera_object, kFarthestTurn);
   if (estimate.solved && estimate.score >= least && expected) {
     result.status = Status::held;
+    const double hidden = 1 - sums.near / sums.lines;
+    if (hidden > kMuchHidden) result.reason = "outline hidden " + std::to_string(std::lround(100 * hidden)) + " %";
   } else if (!estimate.solved) {
     result.reason = result.visible_pixels > 0 ? "too little of the outline in view" : "out of view";
   } else if (!expected) {

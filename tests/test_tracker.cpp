@@ -455,7 +455,7 @@ TEST_CASE("misuse is one clear error") {
   bare.materials.clear();
   bare.triangle_materials.clear();
   bare.colors.clear();
-  CHECK(code_of([&] { Tracker(bare, camera); }) == static_cast<int>(ErrorCode::model));
+  CHECK(code_of([&] { Tracker(bare, camera, TrackerOptions::paper()); }) == static_cast<int>(ErrorCode::model));
   TrackerOptions bad;
   bad.levels = 0;
   CHECK(code_of([&] { Tracker(box(), camera, bad); }) == static_cast<int>(ErrorCode::invalid_argument));

@@ -111,8 +111,10 @@ std::string report_text(const Findings& findings) {
   const auto line = [&text](const char* what, const std::string& words) {
     text += fmt::format("  {:<12}{}\n", what, words);
   };
-  line("size", fmt::format("{:.0f} pixels of the picture (median), {:.0f} at least; {} of them with texture to compare",
-                           asked.median_pixels, asked.least_pixels, per_cent(asked.textured_share)));
+  line("size", fmt::format("{:.0f} pixels of the picture (median), {:.0f} at least; {}", asked.median_pixels,
+                           asked.least_pixels,
+                           asked.by_outline ? "followed by its outline, for want of texture"
+                                            : per_cent(asked.textured_share) + " of them with texture to compare"));
   line("distance", fmt::format("{:.3g} to {:.3g} m", findings.nearest, findings.farthest));
   for (const auto& [distance, trial] : findings.farther) {
     line("  farther", fmt::format("{:.3g} m, {:.0f} pixels: {}", distance, trial.median_pixels, outcome(trial)));

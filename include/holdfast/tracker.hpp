@@ -32,9 +32,10 @@ struct FrameResult {
   /// Where the object is; when it is lost a guess: where it may have been seen, or would be had it gone on as it moved.
   Pose T_camera_object = Pose::Identity();
   Status status = Status::lost;
-  std::string reason;      ///< in words, why the object is lost or hard to hold; empty when all is well
-  int visible_pixels = 0;  ///< pixels of the rendered object inside the frame, estimated from what was looked at
-  // Of an object that is followed by its outline, usable and gradient count lines across it, passed and rows those that
+  std::string reason;       ///< in words, why the object is lost or hard to hold; empty when all is well
+  bool by_outline = false;  ///< looked for by its outline, because the surface shows next to no texture
+  int visible_pixels = 0;   ///< pixels of the rendered object inside the frame, estimated from what was looked at
+  // If by_outline, usable and gradient count lines across it, passed and rows those that
   // tell something, used those whose edge is next to it; residual is in pixels, correlation the agreement of colours.
   int usable_pixels = 0;    ///< of these, known texture, off the margin, in the search region, in a row looked at
   int gradient_pixels = 0;  ///< of these, with a gradient in the rendered view, or one in the frame that fails (7)
