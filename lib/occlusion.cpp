@@ -7,9 +7,7 @@ namespace holdfast {
 kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid) {
   kernel::hf_warp warp{};
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) warp.d[4 * row + column] = static_cast<float>(D(row, column));
-  }
+  to_rows(D, warp.d);
   warp.fx = static_cast<float>(camera.fx);
   warp.fy = static_cast<float>(camera.fy);
   warp.cx = static_cast<float>(camera.cx);

@@ -8,6 +8,13 @@
 
 namespace holdfast {
 
+/// A pose as kernels take it: rows of 3x4.
+inline void to_rows(const Pose& pose, float (&rows)[12]) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) rows[4 * row + column] = static_cast<float>(pose(row, column));
+  }
+}
+
 /// Where the rendered view is looked for in the frame: equation 5 of docs/math.md.
 kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid);

@@ -49,10 +49,8 @@ kernel::hf_outline OutlineConstraints::options(const DeviceImage& image, const P
                                                const Conditioning& conditioning, const OutlineSearch& search) const {
   const Level& level = levels_[static_cast<std::size_t>(level_)];
   kernel::hf_outline o{};
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) o.d[4 * row + column] = static_cast<float>(D(row, column));
-    o.center[row] = static_cast<float>(conditioning.p_camera_center(row));
-  }
+  to_rows(D, o.d);
+  for (int i = 0; i < 3; ++i) o.center[i] = static_cast<float>(conditioning.p_camera_center(i));
   o.radius = static_cast<float>(conditioning.radius);
   o.fx = static_cast<float>(level.camera.fx);
   o.fy = static_cast<float>(level.camera.fy);

@@ -105,10 +105,7 @@ void outline_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
     point.inside = reach_along(silhouette, at, -normal, true, reach);
     point.outside = reach_along(silhouette, at, normal, false, reach);
     if (point.inside < kLeastInside) return;
-    const DepthRange& range = drawn.range;
-    const double z =
-        range.near_plane * range.far_plane /
-        (range.far_plane - static_cast<double>(silhouette.depth(x, y)) * (range.far_plane - range.near_plane));
+    const double z = drawn.range.metric(static_cast<double>(silhouette.depth(x, y)));
     point.p_camera =
         Eigen::Vector3d(z * (at.x() + rect.x - camera.cx) / camera.fx, z * (at.y() + rect.y - camera.cy) / camera.fy, z)
             .cast<float>();

@@ -20,8 +20,8 @@ constexpr int kSolutions = 2;
 constexpr double kConverged = 0.02;
 /// A silhouette is drawn anew when it has moved by more than this many pixels of the level since.
 constexpr double kRedraw = 0.25;
-/// The start's own uncertainty, object radii and radians, and lines that tell as much as one that knows its neighbours'
-/// errors: what the outline leaves free stays as it is.
+/// The start's own uncertainty, object radii and radians, which weighs against lines of which so many count as one:
+/// what the outline leaves free stays as it is.
 constexpr double kFreeDeviation = 0.08, kLinesPerObservation = 20;
 /// Of the covariance: lines whose errors are alike, and what blur, light and colours may move all edges by at once,
 /// pixels.
@@ -81,7 +81,10 @@ bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineS
   };
   if (level != level_drawn_ || motion(Pose::Identity(), D_) > kRedraw) {
     estimate.solved = draw(estimate.T_camera_object, level);
-    if (!estimate.solved) return false;
+    if (!estimate.solved) {
+      estimate.visible_pixels = visible_pixels();
+      return false;
+    }
   }
   const Stopwatch watch(effort_.solve_ms);
   for (int i = 0; i < kSolutions; ++i) {
@@ -106,6 +109,8 @@ void OutlineStage::measure(OutlineEstimate& estimate, const OutlineSearch& searc
   const Stopwatch watch(effort_.solve_ms);
   OutlineSums& sums = estimate.sums;
   sums = constraints_.evaluate(image_, D_, conditioning(), search);
+  estimate.conditioning = conditioning();
+  estimate.visible_pixels = visible_pixels();
   estimate.score = sums.agreement * sums.near / std::max(1.0, sums.lines);
   const double square = sums.weighted_square / std::max(1.0, sums.rows - 6);
   const double prior = 1 / (kFreeDeviation * kFreeDeviation);

@@ -19,6 +19,8 @@ struct OutlineEstimate {
   OutlineSums sums;
   double score = -1;                     ///< agreement of the colours, times the share of lines whose edge is there
   Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are
+  Conditioning conditioning;             ///< of the sums
+  int visible_pixels = 0;                ///< pixels of the frame inside the silhouette
 };
 
 /// Follows the outline of an object through a frame: draws its silhouette, looks for its edges along lines across it,
@@ -51,16 +53,16 @@ class OutlineStage {
   /// Pixels of the frame around the object that estimate() looks at, at most.
   int margin() const { return (OutlineConstraints::kReach + 4) << (levels_.size() - 1); }
 
-  Conditioning conditioning() const { return {T_drawn_ * extent_.p_object_center, extent_.radius}; }
   Effort take_effort() { return std::exchange(effort_, {}); }
 
-  /// Pixels of the frame inside the silhouette drawn last.
-  int visible_pixels() const;
   /// A byte a pixel of the frame, values of PixelClass: the silhouette at a pose, and what becomes of its outline.
   void classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes);
 
  private:
   bool draw(const Pose& T_camera_object, int level);
+  Conditioning conditioning() const { return {T_drawn_ * extent_.p_object_center, extent_.radius}; }
+  /// Pixels of the frame inside the silhouette drawn last.
+  int visible_pixels() const;
   int coarsest(const Pose& T_camera_object, int finest) const;
   /// Some solutions on a level; draws anew where the outline has moved since.
   bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search);

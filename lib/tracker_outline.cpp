@@ -59,12 +59,12 @@ double Tracker::Impl::expected_outline() const { return usual_outline_ > 0 ? usu
 
 OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& hypotheses) {
   OutlineEstimate best;
-  best.T_camera_object = hypotheses.poses[0];
   for (int i = 0; i < hypotheses.count; ++i) {
     const OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
-    if (next.solved && next.score > best.score) best = next;
+    if (i == 0 || (next.solved && next.score > best.score)) best = next;
     if (best.score > kUsualScore * expected_outline()) break;
   }
+  if (!best.solved) best.T_camera_object = hypotheses.poses[0];
   return best;
 }
 
@@ -120,7 +120,7 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
   const OutlineSums& sums = estimate.sums;
   result.by_outline = true;
   result.T_camera_object = estimate.T_camera_object;
-  result.visible_pixels = outline_.visible_pixels();
+  result.visible_pixels = estimate.visible_pixels;
   result.usable_pixels = result.gradient_pixels = static_cast<int>(sums.lines);
   result.passed_pixels = result.rows = static_cast<int>(sums.rows);
   result.used_pixels = static_cast<int>(sums.near);
@@ -128,7 +128,7 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
   result.correlation = sums.agreement;
   if (estimate.covariance.trace() > 0) {
     const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
-    result.information = outline_.conditioning().information(0.5 * (information + information.transpose()));
+    result.information = estimate.conditioning.information(0.5 * (information + information.transpose()));
   }
   const bool lost = motion_.lost();
   const double least = std::max(kLeastScore, (lost ? kFoundShare : kHeldShare) * expected_outline());

@@ -57,11 +57,8 @@ RenderedView Tracker::rendered_view() const {
   const DepthRange range =
       impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
                                    {view.rgba.data(), view.depth.data(), 0});
-  const double near_plane = range.near_plane, far_plane = range.far_plane;
   for (float& depth : view.depth) {
-    depth = depth < 1.0f ? static_cast<float>(near_plane * far_plane /
-                                              (far_plane - static_cast<double>(depth) * (far_plane - near_plane)))
-                         : 0.0f;
+    depth = depth < 1.0f ? static_cast<float>(range.metric(static_cast<double>(depth))) : 0.0f;
   }
   return view;
 }

@@ -17,6 +17,7 @@ namespace {
 using namespace holdfast;
 using simulation::Sequence;
 using simulation::SequenceOptions;
+using test::clutter;
 using test::kDegrees;
 using test::pose_error;
 using test::PoseError;
@@ -63,14 +64,6 @@ SequenceOptions moderate_motion(int frames, std::uint64_t seed) {
   options.sensor.noise = 2;
   options.sensor.blur_sigma = 0.5;
   return options;
-}
-
-/// A picture without the object.
-cv::Mat clutter(const Camera& camera) {
-  cv::Mat picture(camera.height, camera.width, CV_8UC3);
-  cv::RNG(5).fill(picture, cv::RNG::UNIFORM, 0, 255);
-  cv::GaussianBlur(picture, picture, {}, 2);
-  return picture;
 }
 
 struct Followed {

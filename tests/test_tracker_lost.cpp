@@ -1,7 +1,7 @@
 // An object that is hidden or leaves the picture: said to be lost, guessed meanwhile, found again.
 #include <doctest/doctest.h>
 
-#include <opencv2/imgproc.hpp>
+#include <opencv2/core.hpp>
 #include <utility>
 
 #include "holdfast/tracker.hpp"
@@ -15,19 +15,12 @@ using namespace holdfast;
 using simulation::Sequence;
 using simulation::SequenceOptions;
 using test::box;
+using test::clutter;
 using test::kDegrees;
 using test::paper_camera;
 using test::pose_error;
 using test::PoseError;
 using test::view_of;
-
-/// A picture without the object.
-cv::Mat clutter(const Camera& camera) {
-  cv::Mat picture(camera.height, camera.width, CV_8UC3);
-  cv::RNG(5).fill(picture, cv::RNG::UNIFORM, 0, 255);
-  cv::GaussianBlur(picture, picture, {}, 2);
-  return picture;
-}
 
 }  // namespace
 

@@ -24,6 +24,11 @@ struct RenderTarget {
 struct DepthRange {
   double near_plane = 0;  ///< metres
   double far_plane = 0;   ///< metres
+
+  /// Z in metres of a window depth below 1.
+  double metric(double window) const {
+    return near_plane * far_plane / (far_plane - window * (far_plane - near_plane));
+  }
 };
 
 struct RendererOptions {

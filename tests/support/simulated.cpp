@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 
 namespace holdfast::test {
 
@@ -19,6 +20,13 @@ simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nea
 
 ImageView view_of(const cv::Mat& image, PixelFormat format) {
   return {image.data, image.cols, format == PixelFormat::nv12 ? image.rows * 2 / 3 : image.rows, image.step, format};
+}
+
+cv::Mat clutter(const Camera& camera) {
+  cv::Mat picture(camera.height, camera.width, CV_8UC3);
+  cv::RNG(5).fill(picture, cv::RNG::UNIFORM, 0, 255);
+  cv::GaussianBlur(picture, picture, {}, 2);
+  return picture;
 }
 
 double median_mm(Tracker& tracker, const std::vector<Pose>& poses, const std::vector<cv::Mat>& frames,

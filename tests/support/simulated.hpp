@@ -16,6 +16,9 @@ simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nea
 /// What a tracker reads of a picture of OpenCV's, which must outlive it.
 ImageView view_of(const cv::Mat& image, PixelFormat format = PixelFormat::bgr8);
 
+/// A picture of nothing but blurred noise: the object is not in it.
+cv::Mat clutter(const Camera& camera);
+
 /// Median distance from the true positions, millimetres, of frames `from` on; all are tracked from the first true pose,
 /// and checked to be held.
 double median_mm(Tracker& tracker, const std::vector<Pose>& poses, const std::vector<cv::Mat>& frames,
