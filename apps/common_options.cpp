@@ -67,6 +67,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options) {
   require_same(options.search_radius, paper.search_radius, "--search-radius");
   require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
   require_same(options.outline, paper.outline, "--outline");
+  require_same(options.faint_deviation, paper.faint_deviation, "--faint-deviation");
   require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
   require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
@@ -263,7 +264,12 @@ void TrackerArguments::add_to(CLI::App& app) {
       "Search a lost object over the whole picture");
   add(
       app, "--outline,!--no-outline", [](O& o) -> bool& { return o.outline; },
-      "Follow a model without texture by its outline; otherwise it is an error");
+      "Follow the outline too where texture says little, and alone where there is none; otherwise a model without any "
+      "is "
+      "an error");
+  add(
+      app, "--faint-deviation", [](O& o) -> double& { return o.faint_deviation; },
+      "Standard deviation of the pose by texture, object radii and radians, above which the outline is followed too");
   add(
       app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
       "Of the shift search, pixels of the full frame");

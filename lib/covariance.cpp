@@ -84,10 +84,9 @@ double robust_curvature(double mean_weight, double freedom) {
   return 1 - 2 / (freedom + 3) * fits;
 }
 
-Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, double prior_weight,
-                        double prior_deviation) {
-  const Matrix6 with_prior = curvature * A + prior_weight * Matrix6::Identity();
-  const Matrix6 scores = S + prior_weight * prior_weight * prior_deviation * prior_deviation * Matrix6::Identity();
+Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, const Prior& prior) {
+  const Matrix6 with_prior = curvature * A + prior.weight;
+  const Matrix6 scores = S + prior.scores;
   const Eigen::LDLT<Matrix6> factors(with_prior);
   const Matrix6 half = factors.solve(scores);
   const Matrix6 covariance = factors.solve(half.transpose());

@@ -31,10 +31,19 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
 /// do not depend on residuals, (freedom + 1) / (freedom + 3) with Student's weights on a scale that fits.
 double robust_curvature(double mean_weight, double freedom);
 
-/// Conditioned covariance of the pose, S the scores' covariance, `prior_weight` an independent prior's information on
-/// every conditioned unknown (above 0).
-Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, double prior_weight,
-                        double prior_deviation);
+/// What is known of the pose besides its rows: `weight` is added to A (positive definite), `scores` is the covariance
+/// that this adds to theirs.
+struct Prior {
+  Matrix6 weight, scores;
+
+  /// Of every conditioned unknown alike.
+  static Prior alike(double weight, double deviation) {
+    return {weight * Matrix6::Identity(), weight * weight * deviation * deviation * Matrix6::Identity()};
+  }
+};
+
+/// Conditioned covariance of the pose, S the scores' covariance; the prior is independent of the rows.
+Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, const Prior& prior);
 
 /// Largest standard deviation, in any conditioned direction, that rows and prior leave together when `prior_weight` is
 /// the prior's information in units of A's.

@@ -21,9 +21,10 @@ struct Estimate {
   double correlation = 0;
   /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
   double deviation = std::numeric_limits<double>::infinity();
-  Twist last_step = Twist::Zero();       ///< conditioned, of the last sums
-  Stretch stretch;                       ///< of the object beside its model; on the finest level only
-  Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are; on the finest level only
+  Twist last_step = Twist::Zero();               ///< conditioned, of the last sums
+  Stretch stretch;                               ///< of the object beside its model; on the finest level only
+  Matrix6 covariance = Matrix6::Zero();          ///< conditioned as the sums are; on the finest level only
+  Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, by texture and motion, without the outline
 
   /// Standard deviation of the orientation where it is least sure, radians; infinite where none is known.
   double turn_deviation() const;

@@ -49,6 +49,7 @@ TrackerOptions TrackerOptions::fast() {
   options.mesh_deviation = 0.2;
   options.most_pixels = 16000;
   options.enough_pixels = 2000;
+  options.faint_deviation = 0.04;
   return options;
 }
 
@@ -69,6 +70,7 @@ void TrackerOptions::validate() const {
   check(most_pixels >= 1000, "most_pixels", "1000 or more");
   check(enough_pixels >= 100, "enough_pixels", "100 or more");
   check(iterations >= 1 && iterations <= 100, "iterations", "in [1, 100]");
+  check(faint_deviation > 0, "faint_deviation", "positive");
   check(search_radius >= 0 && search_radius <= 512, "search_radius", "in [0, 512] pixels");
   check(lost_correlation >= -1 && lost_correlation <= 1, "lost_correlation", "in [-1, 1]");
   check(lost_visible_share >= 0 && lost_visible_share <= 1, "lost_visible_share", "in [0, 1]");

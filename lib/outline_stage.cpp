@@ -1,5 +1,7 @@
 #include "outline_stage.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,12 +28,18 @@ constexpr double kFreeDeviation = 0.08, kLinesPerObservation = 20;
 /// Of the covariance: lines whose errors are alike, and what blur, light and colours may move all edges by at once,
 /// pixels.
 constexpr double kAlike = 12, kOutward = 0.2;
+/// What an outline tells of a turn, of what it tells of the one that it shows best, below which it is taken to tell
+/// nothing: rims of round things seem to move a little where they are cut into facets and pixels.
+constexpr double kHiddenTurn = 0.012;
+/// Share of the start's own weight that keeps sums invertible.
+constexpr double kLeftFree = 1e-3;
 
 /// By colours alone on coarser levels and first on the finest; then closer; then by what pixels at the edge show.
 constexpr OutlineSearch kCoarse{.step = 1, .deviation = 1, .far = 2, .by_shares = false};
 constexpr OutlineSearch kClose{.step = 0.5, .deviation = 0.5, .far = 2, .by_shares = false};
 constexpr OutlineSearch kClosest{.step = 0.5, .deviation = 0.5, .far = 1, .by_shares = true};
 constexpr std::array<OutlineSearch, 6> kOnFinest{kCoarse, kClose, kClose, kClosest, kClosest, kClosest};
+constexpr std::array<OutlineSearch, 3> kNearby{kClose, kClosest, kClosest};
 
 }  // namespace
 
@@ -114,11 +122,37 @@ void OutlineStage::measure(OutlineEstimate& estimate, const OutlineSearch& searc
   estimate.score = sums.agreement * sums.near / std::max(1.0, sums.lines);
   const double square = sums.weighted_square / std::max(1.0, sums.rows - 6);
   const double prior = 1 / (kFreeDeviation * kFreeDeviation);
-  const Matrix6 information = sums.A / (kAlike * std::max(square, 1e-9)) + prior * Matrix6::Identity();
-  estimate.covariance = information.ldlt().solve(Matrix6::Identity());
-  const Matrix6 A = sums.A + 1e-3 * prior * Matrix6::Identity();
+  const Matrix6 outline = sums.A / (kAlike * std::max(square, 1e-9));
+  estimate.covariance = (outline + prior * Matrix6::Identity()).ldlt().solve(Matrix6::Identity());
+  const Matrix6 A = sums.A + kLeftFree * prior * Matrix6::Identity();
   const Twist outward = kOutward * A.ldlt().solve(sums.outward);
   estimate.covariance += outward * outward.transpose();
+  const Matrix6 alone = (outline + kLeftFree * prior * Matrix6::Identity()).ldlt().solve(Matrix6::Identity());
+  const Matrix6 information = (alone + outward * outward.transpose()).ldlt().solve(Matrix6::Identity());
+  estimate.information = 0.5 * (information + information.transpose());
+  forget_hidden_turns(estimate);
+}
+
+void OutlineStage::forget_hidden_turns(OutlineEstimate& estimate) {
+  const Matrix6 I = estimate.information;
+  const Eigen::Matrix3d shift_per_turn = -I.topLeftCorner<3, 3>().ldlt().solve(I.topRightCorner<3, 3>());
+  const Eigen::Matrix3d turns = I.bottomRightCorner<3, 3>() + I.bottomLeftCorner<3, 3>() * shift_per_turn;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> shown(0.5 * (turns + turns.transpose()));
+  estimate.hidden_turn_count = 0;
+  for (int i = 0; i < 2 && shown.eigenvalues()(i) < kHiddenTurn * shown.eigenvalues()(2); ++i) {
+    Twist motion;
+    motion << shift_per_turn * shown.eigenvectors().col(i), shown.eigenvectors().col(i);
+    const Twist told = estimate.information * motion;
+    estimate.information -= told * told.transpose() / std::max(motion.dot(told), 1e-12);
+    estimate.hidden_turns.col(estimate.hidden_turn_count++) = motion;
+  }
+}
+
+void OutlineStage::conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches) {
+  for (const OutlineSearch& search : searches) {
+    if (!approach(estimate, level, search)) return;
+  }
+  measure(estimate, searches.back());
 }
 
 OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest) {
@@ -128,10 +162,15 @@ OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest) {
   for (int level = coarsest(T_start, finest); level > finest; --level) {
     if (!approach(estimate, level, kCoarse)) return estimate;
   }
-  for (const OutlineSearch& search : kOnFinest) {
-    if (!approach(estimate, finest, search)) return estimate;
-  }
-  measure(estimate, kClosest);
+  conclude(estimate, finest, kOnFinest);
+  return estimate;
+}
+
+OutlineEstimate OutlineStage::estimate_nearby(const Pose& T_start, int finest) {
+  OutlineEstimate estimate;
+  estimate.T_camera_object = T_start;
+  level_drawn_ = -1;
+  conclude(estimate, finest, kNearby);
   return estimate;
 }
 

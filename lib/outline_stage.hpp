@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,10 +18,14 @@ struct OutlineEstimate {
   Pose T_camera_object = Pose::Identity();
   bool solved = false;
   OutlineSums sums;
-  double score = -1;                     ///< agreement of the colours, times the share of lines whose edge is there
-  Matrix6 covariance = Matrix6::Zero();  ///< conditioned as the sums are
-  Conditioning conditioning;             ///< of the sums
-  int visible_pixels = 0;                ///< pixels of the frame inside the silhouette
+  double score = -1;                      ///< agreement of the colours, times the share of lines whose edge is there
+  Matrix6 covariance = Matrix6::Zero();   ///< conditioned as the sums are
+  Matrix6 information = Matrix6::Zero();  ///< of the outline alone, without where it was looked for; conditioned
+  /// Motions that turn the object without its outline showing it, conditioned, a column each: of a can about its axis.
+  Eigen::Matrix<double, 6, 3> hidden_turns = Eigen::Matrix<double, 6, 3>::Zero();
+  int hidden_turn_count = 0;
+  Conditioning conditioning;  ///< of the sums
+  int visible_pixels = 0;     ///< pixels of the frame inside the silhouette
 };
 
 /// Follows the outline of an object through a frame: draws its silhouette, looks for its edges along lines across it,
@@ -50,6 +55,9 @@ class OutlineStage {
   /// Nowhere solved where the object is out of view or too little of its outline is seen.
   OutlineEstimate estimate(const Pose& T_start, int finest);
 
+  /// The same from within about a pixel.
+  OutlineEstimate estimate_nearby(const Pose& T_start, int finest);
+
   /// Pixels of the frame around the object that estimate() looks at, at most.
   int margin() const { return (OutlineConstraints::kReach + 4) << (levels_.size() - 1); }
 
@@ -67,6 +75,10 @@ class OutlineStage {
   /// Some solutions on a level; draws anew where the outline has moved since.
   bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search);
   void measure(OutlineEstimate& estimate, const OutlineSearch& search);
+  /// Takes from the information what it says of turns that hardly show.
+  static void forget_hidden_turns(OutlineEstimate& estimate);
+  /// One search after the other on a level, then what the outline says there.
+  void conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches);
 
   const std::vector<Level>& levels_;
   Extent extent_;

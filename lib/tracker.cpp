@@ -263,26 +263,39 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
-    const bool direct = search && follow_directly(frame, hypotheses.poses[0], best);
+    const bool direct = search && !course_.faint && follow_directly(frame, hypotheses.poses[0], best);
     const Scope scope = direct ? Scope{} : this->scope(hypotheses, search);
+    OutlineEstimate outline;
+    bool by_outline = false;
     if (!scope.wanted.empty()) {
       {
         const Stopwatch watch(times_.upload);
-        image_.enqueue_upload(frame, scope.region);
+        image_.enqueue_upload(frame, course_.faint ? outline_region(scope) : scope.region);
       }
-      best = options_.mode == Mode::paper ? track_once(hypotheses.poses[0])
-                                          : follow_fully(frame, hypotheses, scope, search);
+      if (options_.mode == Mode::paper) {
+        best = track_once(hypotheses.poses[0]);
+      } else if (course_.faint) {
+        by_outline = follow_faint(frame, hypotheses, scope, search, best, outline);
+      } else {
+        best = follow_fully(frame, hypotheses, scope, search);
+      }
     }
-    result.T_camera_object = best.T_camera_object;
-    last_score_ = best.score;
-    report(best, result);
-    if (result.status == Status::held && best.used_share() > kUsualScore * course_.usual_share) {
+    last_ = best;
+    last_outline_score_ = outline.score;
+    last_by_outline_ = by_outline;
+    if (by_outline) {
+      report_outline_of_textured(outline, result);
+    } else {
+      result.T_camera_object = best.T_camera_object;
+      report(best, result);
+    }
+    if (result.status == Status::held && !by_outline && best.used_share() > kUsualScore * course_.usual_share) {
       proportions_.add(best.stretch);
     }
-    course_.last_promising = is_promising(best);
-    const bool again = course_.probable_frames > 0 && goes_on(course_.T_last, best.T_camera_object, kSameTurn);
-    course_.probable_frames = is_probable(best) ? (again ? course_.probable_frames + 1 : 1) : 0;
-    course_.T_last = best.T_camera_object;
+    course_.last_promising = by_outline || is_promising(best);
+    const bool again = course_.probable_frames > 0 && goes_on(course_.T_last, result.T_camera_object, kSameTurn);
+    course_.probable_frames = !by_outline && is_probable(best) ? (again ? course_.probable_frames + 1 : 1) : 0;
+    course_.T_last = result.T_camera_object;
   }
   result.iterations = solved_systems_;
   result.ms = times_;
@@ -356,7 +369,20 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
-  if (result.status == Status::held) {
+  if (result.status == Status::held && motion_.moving() && !motion_.lost()) {
+    const double strayed = stray(result.T_camera_object);
+    course_.usual_stray_squared += kScoreMemory * (strayed * strayed - course_.usual_stray_squared);
+  }
+  if (result.status == Status::held && result.by_outline) {
+    {
+      const Stopwatch watch(times_.total);
+      note_outline_of_textured(result);
+    }
+    result.ms = times_;
+    restore(before);
+    restlessness_.interrupt();
+    motion_.advance(result.T_camera_object, true);
+  } else if (result.status == Status::held) {
     look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
     const bool fresh = course_.fresh();  // takes long enough
     course_.visible_pixels = result.visible_pixels;
@@ -369,18 +395,17 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     // What is seen when nothing is in front: rises at once, falls slowly.
     course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
     course_.usual_gain += kScoreMemory * (photometry_.gain(1) - course_.usual_gain);
-    const bool as_usual = look_.usual_fine_score > 0 && last_score_ > kUsualScore * look_.usual_fine_score;
+    const bool as_usual = look_.usual_fine_score > 0 && last_.score > kUsualScore * look_.usual_fine_score;
     if (as_usual) {
       learn_shading();
       keyframes_.remember(result.T_camera_object);
     }
-    if (moved_ && !fresh) {
-      {
-        const Stopwatch watch(times_.total);
-        measure_optics(result.T_camera_object);
-      }
-      result.ms = times_;
+    {
+      const Stopwatch watch(times_.total);
+      if (moved_ && !fresh) measure_optics(result.T_camera_object);
+      judge_texture(last_);
     }
+    result.ms = times_;
     if (motion_.moving() && !motion_.lost()) {
       restlessness_.add(
           conditioning().conditioned(log_se3(result.T_camera_object * motion_.steadily_predicted().inverse())));
@@ -403,7 +428,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
 
 FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   validate_pose(T_start);
-  if (by_outline_) return refine_outline(frame, T_start);
+  if (by_outline_ || (options_.outline && !shows_texture(T_start))) return refine_outline(frame, T_start);
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;
   start.count = 1;
@@ -411,6 +436,7 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   moved_ = false;
   expected_deviation_ = 0;
   const Course course = course_;
+  course_.faint = false;
   const Proportions proportions = proportions_;
   FrameResult result = follow(frame, start, false);
   course_ = course;
@@ -447,10 +473,16 @@ void Tracker::reset(const Pose& T_camera_object) {
   impl_->proportions_.clear();
   impl_->photometry_.reset();
   impl_->look_ = {};
-  impl_->by_outline_ = impl_->options_.outline && !(impl_->has_appearance_ && impl_->shows_texture(T_camera_object));
+  const bool textured = impl_->has_appearance_ && (!impl_->options_.outline || impl_->shows_texture(T_camera_object));
+  impl_->by_outline_ = !textured && !(impl_->has_appearance_ && impl_->shows_texture_elsewhere(T_camera_object));
   impl_->outline_.clear();
   impl_->usual_outline_ = 0;
+  impl_->outline_misses_ = 0;
   impl_->course_ = {};
+  impl_->course_.faint = !textured;
+  impl_->spread_.setZero();
+  impl_->outline_excess_ = Impl::kFirstExcess;
+  impl_->T_spread_ = impl_->motion_.pose();
   impl_->finest_ = impl_->options_.finest_level;
   impl_->started_ = true;
 }

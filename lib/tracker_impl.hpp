@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "covariance.hpp"
@@ -50,6 +51,8 @@ struct Tracker::Impl {
   static constexpr double kFreedom = 4;
   /// Motion between frames, pixels, that shows how long the shutter is open.
   static constexpr double kTellingMotion = 6;
+  /// Of what an outline's covariance lacks, until texture has told.
+  static constexpr double kFirstExcess = 8;
   /// Pixels; no bound on motion.
   static constexpr double kAnyMotion = 1e9;
 
@@ -151,6 +154,8 @@ struct Tracker::Impl {
   double expectation_weight(const ConstraintSums& sums) const;
   /// How far the pose may be from there: object radii and radians, standard deviation.
   double expectation_deviation() const;
+  /// What the outline's information weighs beside the rows.
+  Matrix6 outline_weight(const ConstraintSums& sums) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
   void measure_spread(Estimate& estimate);
   bool draw(const Pose& T_camera_object, int finest, int count);
@@ -180,11 +185,52 @@ struct Tracker::Impl {
   FrameResult follow_outline(const Frame& frame, const MotionModel::Hypotheses& hypotheses);
   /// From one hypothesis after the other until one leads to what fits as usual; else the best.
   OutlineEstimate outline_estimate(const MotionModel::Hypotheses& hypotheses);
-  /// Whether the surface seen from there has enough texture to be followed by, or too little is seen to tell.
-  bool shows_texture(const Pose& T_camera_object);
+  /// Whether the surface seen from there has enough texture to be followed by; `doubtful` where too little is seen.
+  bool shows_texture(const Pose& T_camera_object, bool doubtful = true);
+  /// The same of its other sides, where they surely have.
+  bool shows_texture_elsewhere(const Pose& T_camera_object);
   /// Score to live up to.
   double expected_outline() const;
+  /// Whether it is where the object may be, and looks enough like its outline.
+  bool is_followed(const OutlineEstimate& estimate) const;
+  /// Whether it is where the object may be.
+  bool is_expected(const OutlineEstimate& estimate) const;
+  /// By the outline from one hypothesis after the other, and what is learnt from a first pose.
+  OutlineEstimate first_outline(const MotionModel::Hypotheses& hypotheses);
   void report_outline(const OutlineEstimate& estimate, FrameResult& result) const;
+  /// Counts what the outline has cost.
+  void add_outline_effort();
+
+  void remember_outline_score();
+
+  /// Where texture says too little of the pose: by texture and outline together (tracker_faint.cpp). Whether `outline`
+  /// is all there is to go by; otherwise `best` is the answer, by both or, where the outline is lost, by texture.
+  template <typename Frame>
+  bool follow_faint(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search,
+                    Estimate& best, OutlineEstimate& outline);
+  /// What must be seen of the frame for the outline too.
+  Rect outline_region(const Scope& scope) const;
+  /// A stage's estimate with what the outline says counted in.
+  template <typename Stage>
+  Estimate with_outline(const OutlineEstimate& outline, const Stage& stage);
+  /// Iterated on, on the view that it comes from.
+  Estimate resumed(const Estimate& estimate);
+  /// How far it is from where its motion leads: object radii and radians.
+  double stray(const Pose& T_camera_object) const;
+  /// Whether the outline alone is enough to go by for a while.
+  bool suffices(const OutlineEstimate& outline) const;
+  /// What outline and texture say of each other: by how much the outline's covariance is too small.
+  void compare_outline(const Estimate& both, const OutlineEstimate& outline);
+  /// What is known of the last pose, carried on to where the object has come to since.
+  void carry_spread(const Pose& T_to);
+  /// The pose that the outline leads to, turned as was expected where the outline does not show it.
+  Pose without_hidden_turns(const OutlineEstimate& outline) const;
+  /// The pose that the outline leads to; lost where it does not show how the object is turned.
+  void report_outline_of_textured(const OutlineEstimate& outline, FrameResult& result);
+  /// After a frame that texture has held: how sure it is, and, where not very, what the outline looks like.
+  void judge_texture(const Estimate& estimate);
+  /// After a frame that only the outline has.
+  void note_outline_of_textured(const FrameResult& result);
 
   Camera camera_;
   TrackerOptions options_;
@@ -208,9 +254,17 @@ struct Tracker::Impl {
   std::vector<LitPatch> patches_;            ///< of the last frame held
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
   bool textured_ = false;
-  bool has_appearance_ = true;  ///< of the mesh, or given since
-  bool by_outline_ = false;     ///< nothing but the outline to go by
-  double usual_outline_ = 0;    ///< score, running mean; 0: not known yet
+  bool has_appearance_ = true;                   ///< of the mesh, or given since
+  bool by_outline_ = false;                      ///< nothing but the outline to go by
+  bool last_by_outline_ = false;                 ///< in the last frame
+  double usual_outline_ = 0;                     ///< score, running mean; 0: not known yet
+  double last_outline_score_ = -1;               ///< in the last frame
+  int since_learnt_ = 0;                         ///< frames in which its colours could have been learnt
+  int outline_misses_ = 0;                       ///< frames in a row without it
+  std::optional<OutlineEstimate> outline_said_;  ///< counts beside the rows
+  double outline_excess_ = kFirstExcess;         ///< of its covariance, over what it says of itself
+  Matrix6 spread_ = Matrix6::Zero();             ///< covariance of the last pose, conditioned, while texture is faint
+  Pose T_spread_ = Pose::Identity();             ///< that pose
   Look look_;
   Course course_;
   /// On the finest level, as this frame's coarse ones let expect: while no frame was held.
@@ -228,7 +282,7 @@ struct Tracker::Impl {
   /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
   Pose T_expected_ = Pose::Identity();
   double expected_deviation_ = 0;  ///< 0: nothing is expected
-  double last_score_ = 0;          ///< of the fine stage, in the last frame
+  Estimate last_;                  ///< of the fine stage, in the last frame
 
   /// What a frame that is not held must not change.
   struct Appearance {

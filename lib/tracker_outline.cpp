@@ -28,12 +28,12 @@ constexpr int kFirstLooks = 2;
 
 }  // namespace
 
-bool Tracker::Impl::shows_texture(const Pose& T_camera_object) {
+bool Tracker::Impl::shows_texture(const Pose& T_camera_object, bool doubtful) {
   const Rect object = view_.bounds(T_camera_object);
   int level = 0;
   while (level + 1 < options_.levels && std::max(object.width, object.height) >> level > kTextureSide) ++level;
   const Rect rect = coarser(object, level);
-  if (rect.empty()) return true;
+  if (rect.empty()) return doubtful;
   std::vector<std::uint8_t> rgba(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * 4);
   view_.renderer().render(T_camera_object, levels_[static_cast<std::size_t>(level)].camera, rect,
                           {rgba.data(), nullptr, rect.width});
@@ -52,7 +52,17 @@ bool Tracker::Impl::shows_texture(const Pose& T_camera_object) {
       if (square > kTexturedGradient * kTexturedGradient) ++textured;
     }
   }
-  return known < kLeastTexturePixels || textured >= kTexturedShare * known;
+  return known < kLeastTexturePixels ? doubtful : textured >= kTexturedShare * known;
+}
+
+bool Tracker::Impl::shows_texture_elsewhere(const Pose& T_camera_object) {
+  constexpr double kQuarter = 1.5707963267948966;
+  for (const int axis : {0, 1}) {
+    for (const int quarters : {1, 2, 3}) {
+      if (shows_texture(turned(T_camera_object, Eigen::Vector3d::Unit(axis), quarters * kQuarter), false)) return true;
+    }
+  }
+  return false;
 }
 
 double Tracker::Impl::expected_outline() const { return usual_outline_ > 0 ? usual_outline_ : kOrdinaryScore; }
@@ -68,9 +78,35 @@ OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& h
   return best;
 }
 
+void Tracker::Impl::remember_outline_score() {
+  usual_outline_ = expected_outline() + kScoreMemory * (last_outline_score_ - expected_outline());
+}
+
+OutlineEstimate Tracker::Impl::first_outline(const MotionModel::Hypotheses& hypotheses) {
+  Pose T_learnt = hypotheses.poses[0];
+  for (int i = 0; i < kFirstLooks; ++i) {
+    outline_.clear();
+    outline_.learn(T_learnt, finest_);
+    const OutlineEstimate estimate = outline_estimate(hypotheses);
+    if (estimate.solved) T_learnt = estimate.T_camera_object;
+  }
+  outline_.clear();
+  outline_.learn(T_learnt, finest_);
+  return outline_estimate(hypotheses);
+}
+
+void Tracker::Impl::add_outline_effort() {
+  const OutlineStage::Effort effort = outline_.take_effort();
+  times_.render += effort.render_ms;
+  times_.filter += effort.lines_ms;
+  times_.solve += effort.solve_ms;
+  solved_systems_ += effort.solved_systems;
+}
+
 template <typename Frame>
 FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel::Hypotheses& hypotheses) {
   times_ = {};
+  solved_systems_ = 0;
   FrameResult result;
   {
     const Stopwatch total(times_.total);
@@ -87,33 +123,31 @@ FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel:
         const Stopwatch watch(times_.upload);
         image_.enqueue_upload(frame, image_.region(grown(wanted, outline_.margin())));
       }
-      if (!outline_.colors_known()) {
-        Pose T_learnt = hypotheses.poses[0];
-        for (int i = 0; i < kFirstLooks; ++i) {
-          outline_.clear();
-          outline_.learn(T_learnt, finest_);
-          best = outline_estimate(hypotheses);
-          if (best.solved) T_learnt = best.T_camera_object;
-        }
-        outline_.clear();
-        outline_.learn(T_learnt, finest_);
-      }
-      best = outline_estimate(hypotheses);
+      best = outline_.colors_known() ? outline_estimate(hypotheses) : first_outline(hypotheses);
     }
     report_outline(best, result);
     // What an occluder looks like is not to be learnt as the object's.
     const bool as_usual = best.score > kUsualScore * expected_outline();
     if (result.status == Status::held && as_usual) outline_.learn(best.T_camera_object, finest_);
-    const OutlineStage::Effort effort = outline_.take_effort();
-    times_.render = effort.render_ms;
-    times_.filter = effort.lines_ms;
-    times_.solve = effort.solve_ms;
-    result.iterations = effort.solved_systems;
-    last_score_ = best.score;
+    add_outline_effort();
+    result.iterations = solved_systems_;
+    last_outline_score_ = best.score;
+    last_by_outline_ = true;
     course_.T_last = best.T_camera_object;
   }
   result.ms = times_;
   return result;
+}
+
+bool Tracker::Impl::is_expected(const OutlineEstimate& estimate) const {
+  return goes_on(motion_.pose(), estimate.T_camera_object, kFarthestTurn) ||
+         goes_on(motion_.predicted(), estimate.T_camera_object, kFarthestTurn) ||
+         goes_on(motion_.supposed(true), estimate.T_camera_object, kFarthestTurn);
+}
+
+bool Tracker::Impl::is_followed(const OutlineEstimate& estimate) const {
+  const double least = std::max(kLeastScore, (motion_.lost() ? kFoundShare : kHeldShare) * expected_outline());
+  return estimate.solved && estimate.score >= least && is_expected(estimate);
 }
 
 void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult& result) const {
@@ -130,21 +164,17 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
     const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
     result.information = estimate.conditioning.information(0.5 * (information + information.transpose()));
   }
-  const bool lost = motion_.lost();
-  const double least = std::max(kLeastScore, (lost ? kFoundShare : kHeldShare) * expected_outline());
-  const bool expected = goes_on(motion_.pose(), estimate.T_camera_object, kFarthestTurn) ||
-                        goes_on(motion_.predicted(), estimate.T_camera_object, kFarthestTurn);
-  if (estimate.solved && estimate.score >= least && expected) {
+  if (is_followed(estimate)) {
     result.status = Status::held;
     const double hidden = 1 - sums.near / sums.lines;
     if (hidden > kMuchHidden) result.reason = "outline hidden " + std::to_string(std::lround(100 * hidden)) + " %";
   } else if (!estimate.solved) {
     result.reason = result.visible_pixels > 0 ? "too little of the outline in view" : "out of view";
-  } else if (!expected) {
+  } else if (!is_expected(estimate)) {
     result.reason = "the outline fits only where the object could hardly have come to";
   } else {
-    result.reason =
-        lost ? "lost before, and not surely found again" : "the outline is not found: occluded, or motion too fast";
+    result.reason = motion_.lost() ? "lost before, and not surely found again"
+                                   : "the outline is not found: occluded, or motion too fast";
   }
 }
 
@@ -154,7 +184,7 @@ FrameResult Tracker::Impl::track_outline(const Frame& frame) {
   FrameResult result = follow_outline(frame, motion_.hypotheses(options_.predict_velocity, true));
   if (result.status == Status::held) {
     course_.visible_pixels = result.visible_pixels;
-    usual_outline_ = expected_outline() + kScoreMemory * (last_score_ - expected_outline());
+    remember_outline_score();
     motion_.advance(result.T_camera_object, true);
   } else {
     result.T_camera_object = motion_.supposed(options_.predict_velocity);

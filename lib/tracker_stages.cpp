@@ -94,6 +94,11 @@ double Tracker::Impl::expectation_weight(const ConstraintSums& sums) const {
   return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / (deviation * deviation);
 }
 
+Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums) const {
+  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / outline_excess_ *
+         outline_said_->information;
+}
+
 ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D) const {
   if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
   // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
@@ -103,6 +108,12 @@ ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& 
   const double weight = expectation_weight(sums);
   sums.A += weight * Matrix6::Identity();
   sums.h += weight * conditioning().conditioned(log_se3(to_expected));
+  if (outline_said_) {
+    const Matrix6 said = outline_weight(sums);
+    sums.A += said;
+    sums.h += said * conditioning().conditioned(
+                         log_se3(D.inverse() * outline_said_->T_camera_object * view_.T_camera_object().inverse()));
+  }
   return sums;
 }
 
@@ -144,13 +155,21 @@ void Tracker::Impl::measure_spread(Estimate& estimate) {
       observed_stretch(constraints_, level_camera, view_.T_camera_object(), conditioning(), estimate.last_step);
   tile_equations(constraints_.tile_sums(), constraints_.tiles(), equations_);
   if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums, equations_);
-  const double weight = expectation_weight(sums);
-  const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step,
-                                     sums.A + weight * Matrix6::Identity());
+  Prior prior = Prior::alike(expectation_weight(sums), expectation_deviation());
+  const Matrix6 moved = options_.motion_blur && moved_ ? restlessness_.within(look_.exposure) : Matrix6::Zero();
   const double curvature =
       options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
-  estimate.covariance = pose_covariance(sums.A, curvature, S, weight, expectation_deviation());
-  if (options_.motion_blur && moved_) estimate.covariance += restlessness_.within(look_.exposure);
+  const auto covariance = [&] {
+    const Matrix6 S =
+        score_covariance(equations_, constraints_.tiles().width, estimate.last_step, sums.A + prior.weight);
+    return Matrix6(pose_covariance(sums.A, curvature, S, prior) + moved);
+  };
+  estimate.covariance = estimate.texture_covariance = covariance();
+  if (!outline_said_) return;
+  const Matrix6 said = outline_weight(sums);
+  prior.scores += said * kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
+  prior.weight += said;
+  estimate.covariance = covariance();
 }
 
 Estimate Tracker::Impl::track_once(const Pose& T_predicted) {

@@ -83,11 +83,14 @@ struct Course {
   double gradient_pixels = 0;          ///< on the finest level, in the last frame held
   double visible_pixels = 0;           ///< likewise, in pixels of the frame; 0: none held since the start
   double prediction_error = kUnknown;  ///< of the last frame held, pixels that it moves a corner by
-  double usual_share = 0;              ///< of the gradient pixels used, when nothing is in front; 0: not known yet
-  double usual_gain = 1;               ///< of the frame over the texture, running mean
-  Pose T_last = Pose::Identity();      ///< the last frame's estimate, whether or not it was believed
-  bool last_promising = false;         ///< likewise
-  int probable_frames = 0;  ///< how often in a row, up to there, something that went on was probably the object
+  /// Square of how far it is from where its motion leads, object radii and radians, running mean.
+  double usual_stray_squared = 0.0025;
+  double usual_share = 0;          ///< of the gradient pixels used, when nothing is in front; 0: not known yet
+  double usual_gain = 1;           ///< of the frame over the texture, running mean
+  Pose T_last = Pose::Identity();  ///< the last frame's estimate, whether or not it was believed
+  bool last_promising = false;     ///< likewise
+  bool faint = false;              ///< the texture seen then left the pose unsure: the outline is asked too
+  int probable_frames = 0;         ///< how often in a row, up to there, something that went on was probably the object
 
   /// Whether nothing has been held yet, or not since the finest level changed.
   bool fresh() const { return gradient_pixels <= 0; }

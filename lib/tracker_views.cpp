@@ -10,7 +10,7 @@ namespace holdfast {
 PixelMask Tracker::pixel_mask() const {
   return with_device_errors("reading the pixel mask", [&] {
     Impl& impl = *impl_;
-    if (impl.by_outline_) {
+    if (impl.last_by_outline_) {
       PixelMask mask{impl.camera_.width, impl.camera_.height, {}};
       mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
       impl.outline_.classify(impl.course_.T_last, impl.finest_, mask.classes);
@@ -47,7 +47,7 @@ RenderedView Tracker::rendered_view() const {
   RenderedView view;
   view.width = impl.camera_.width;
   view.height = impl.camera_.height;
-  view.T_camera_object = impl.by_outline_ ? impl.course_.T_last : impl.view_.T_camera_object();
+  view.T_camera_object = impl.last_by_outline_ ? impl.course_.T_last : impl.view_.T_camera_object();
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);

@@ -50,6 +50,12 @@ void Tracker::Impl::warm_up() {
     if (options_.correlation_search) search_.enqueue_gradients(image_, coarsest);
     coarse_stage(T_camera_object, options_.correlation_search, coarsest, finest_);
     fine_stage(T_camera_object, coarsest, -1);
+    if (options_.outline) {
+      outline_.learn(T_camera_object, finest_);
+      outline_.estimate_nearby(T_camera_object, finest_);
+      outline_.clear();
+      outline_.take_effort();
+    }
     if (options_.coarse_color) {
       look_.optics.coarse_color.on = true;
       draw(T_camera_object, finest_, 1);

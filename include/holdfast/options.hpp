@@ -51,12 +51,15 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
   bool predict_velocity = true;    ///< the object may go on as it moved, beside no motion
   bool correlation_search = true;  ///< shift search on the coarsest level
-  bool motion_blur = true;        ///< draw the view as blurred as the shutter makes it; how long it is open is measured
-  bool challenge = true;          ///< a result worse than usual is challenged by starts turned away from it
-  bool recovery = true;           ///< a lost object is searched for over the whole picture; such a frame takes longer
-  bool outline = true;            ///< follow an object without texture by its outline; false: it is an error
-  int search_radius = 32;         ///< of the shift search, pixels of the full frame
-  double lost_correlation = 0.5;  ///< below: lost
+  bool motion_blur = true;  ///< draw the view as blurred as the shutter makes it; how long it is open is measured
+  bool challenge = true;    ///< a result worse than usual is challenged by starts turned away from it
+  bool recovery = true;     ///< a lost object is searched for over the whole picture; such a frame takes longer
+  /// Follow the outline too where texture says little, and alone where there is none; false: models without any are an
+  /// error.
+  bool outline = true;
+  double faint_deviation = 0.02;    ///< of the pose, object radii and radians, that is little said: standard deviation
+  int search_radius = 32;           ///< of the shift search, pixels of the full frame
+  double lost_correlation = 0.5;    ///< below: lost
   double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost
 
   /// The paper's own mode: thresholds and tests as published, one solve a frame.

@@ -255,6 +255,57 @@ def rock_500k(seed):
     return rock(seed, 354)
 
 
+def printed_only_at(model, places, color):
+    """Of the print only these rectangles (least and most u and v) are left, on plain material."""
+    picture = model.pictures[0]
+    plain = Image.new("RGB", picture.size, color)
+    for u0, v0, u1, v1 in places:
+        box = (int(u0 * picture.width), int((1 - v1) * picture.height), int(u1 * picture.width),
+               int((1 - v0) * picture.height))
+        plain.paste(picture.crop(box), box)
+    return Model(model.points, model.coordinates, model.corners, None, [plain])
+
+
+def on_face(model, triangle, share):
+    """The middle of a rectangular face's place in the texture, this share of its sides."""
+    corners = model.coordinates[model.corners[triangle][:, 1]]
+    middle, half = (corners.min(0) + corners.max(0)) / 2, share * (corners.max(0) - corners.min(0)) / 2
+    return (*(middle - half), *(middle + half))
+
+
+def labelled_crate(seed):
+    """Plain but for a label on its front."""
+    model = crate(seed)
+    return printed_only_at(model, [on_face(model, 0, 0.35)], (150, 110, 70))
+
+
+def labelled_bracket(seed):
+    """Plain but for labels on two sides."""
+    model = bracket(seed)
+    last = len(model.corners) - 1
+    return printed_only_at(model, [on_face(model, last, 0.6), on_face(model, last - 4, 0.6)], (90, 95, 100))
+
+
+def mug(seed):
+    """Printed on two fifths of its side; a handle."""
+    body = can(seed)
+    points, coordinates, corners = map(list, (body.points, body.coordinates, body.corners))
+    plain = len(coordinates)
+    coordinates.append([0.4, 0.5])
+    for x0, x1, y0, y1 in ((0.031, 0.056, 0.024, 0.034), (0.031, 0.056, -0.034, -0.024), (0.048, 0.058, -0.034, 0.034)):
+        first = len(points)
+        points += [[x, y, z] for x in (x0, x1) for y in (y0, y1) for z in (-0.005, 0.005)]
+        for a, b, c, d in ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)):
+            corners += [[[first + i, plain] for i in triangle] for triangle in ((a, b, c), (a, c, d))]
+    model = Model(points, coordinates, corners, None, body.pictures)
+    return printed_only_at(model, [(0, 0.3, 0.12, 0.75), (0.7, 0.3, 1, 0.75)], (200, 200, 190))
+
+
+def labelled_rock(seed):
+    """Plain but for two labels."""
+    return printed_only_at(rock_10k(seed), [(0.05, 0.35, 0.25, 0.6), (0.6, 0.5, 0.7, 0.7)], (120, 130, 90))
+
+
 def fingers(seed):
     """Three fingers side by side and no more, pointing up, 18 mm thick, 120 mm long, about the origin."""
     points, coordinates, corners = [], [], []
@@ -274,5 +325,6 @@ def fingers(seed):
 
 KINDS = {
     "vase": vase, "can": can, "bowl": bowl, "crate": crate, "bracket": bracket, "card": card, "materials": materials,
-    "coarse": coarse, "rock-10k": rock_10k, "rock-500k": rock_500k, "fingers": fingers,
+    "coarse": coarse, "labelled-crate": labelled_crate, "labelled-bracket": labelled_bracket, "mug": mug,
+    "labelled-rock": labelled_rock, "rock-10k": rock_10k, "rock-500k": rock_500k, "fingers": fingers,
 }

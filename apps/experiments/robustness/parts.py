@@ -6,6 +6,7 @@ import statistics
 import numpy
 
 import ablation
+import faint
 import frame0
 import light
 import measures
@@ -248,7 +249,7 @@ def wrong_variants(bench, kind):
 
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
-    "small": small, "outside": outside, "objects": objects, "outline": outline.part,
+    "small": small, "outside": outside, "objects": objects, "faint": faint.part, "outline": outline.part,
     "frame0": frame0.part, "same-twice": same_twice,
     "ablation": ablation.part,
 }
