@@ -399,10 +399,17 @@ TEST_CASE("nothing is allocated in the per-frame path after warm-up") {
   for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
   Mesh shape = box();
   for (Material& material : shape.materials) material.texture = {};
-  for (const auto& [paper, mesh] : {std::pair{false, box()}, {true, box()}, {false, shape}}) {
+  TrackerOptions always_faint;
+  always_faint.faint_deviation = 1e-6;
+  for (const auto& [options, mesh] : {std::pair{TrackerOptions{}, box()},
+                                      {TrackerOptions::paper(), box()},
+                                      {always_faint, box()},
+                                      {TrackerOptions{}, shape}}) {
+    const bool paper = options.mode == Mode::paper;
     CAPTURE(paper);
+    CAPTURE(options.faint_deviation);
     CAPTURE(mesh.has_appearance());
-    Tracker tracker(mesh, sequence.camera(), paper ? TrackerOptions::paper() : TrackerOptions{});
+    Tracker tracker(mesh, sequence.camera(), options);
     tracker.reset(sequence.pose(0));
     // One solve a frame does not follow this motion: the paper's mode sees the first frame again and again.
     const auto frame = [&, still = paper](std::size_t i) { return view_of(frames[still ? 0 : i]); };

@@ -96,6 +96,15 @@ std::optional<TrialResult> try_with(const SequenceOptions& options, const Mesh& 
   }
 }
 
+std::string compared_by(const TrialResult& trial) {
+  if (trial.by_outline == trial.frames) return "followed by its outline, for want of texture";
+  std::string text = per_cent(trial.textured_share) + " of them with texture to compare";
+  if (trial.by_outline > 0) {
+    text += fmt::format("; {} of {} frames show none: followed by the outline", trial.by_outline, trial.frames);
+  }
+  return text;
+}
+
 }  // namespace
 
 Verdict verdict(const TrialResult& trial) {
@@ -112,9 +121,7 @@ std::string report_text(const Findings& findings) {
     text += fmt::format("  {:<12}{}\n", what, words);
   };
   line("size", fmt::format("{:.0f} pixels of the picture (median), {:.0f} at least; {}", asked.median_pixels,
-                           asked.least_pixels,
-                           asked.by_outline ? "followed by its outline, for want of texture"
-                                            : per_cent(asked.textured_share) + " of them with texture to compare"));
+                           asked.least_pixels, compared_by(asked)));
   line("distance", fmt::format("{:.3g} to {:.3g} m", findings.nearest, findings.farthest));
   for (const auto& [distance, trial] : findings.farther) {
     line("  farther", fmt::format("{:.3g} m, {:.0f} pixels: {}", distance, trial.median_pixels, outcome(trial)));

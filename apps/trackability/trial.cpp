@@ -30,7 +30,7 @@ TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, st
   for (const evaluation::FrameRecord& record : records) {
     const FrameResult& result = record.result;
     ++out.frames;
-    out.by_outline = out.by_outline || result.by_outline;
+    out.by_outline += result.by_outline;
     if (result.usable_pixels > 0) {
       const double textured_pixels = result.by_outline ? 0 : result.gradient_pixels;
       textured.push_back(textured_pixels / result.usable_pixels);
