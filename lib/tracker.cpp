@@ -278,6 +278,15 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
         by_outline = follow_faint(frame, hypotheses, scope, search, best, outline);
       } else {
         best = follow_fully(frame, hypotheses, scope, search);
+        // Texture that was little has been lost at once.
+        if (search && !is_good(best) && outline_.colors_known() && !motion_.lost()) {
+          {
+            const Stopwatch watch(times_.upload);
+            image_.enqueue_upload(frame, outline_region(scope));
+          }
+          course_.faint = true;
+          by_outline = follow_faint(frame, hypotheses, scope, search, best, outline);
+        }
       }
     }
     last_ = best;

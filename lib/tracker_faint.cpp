@@ -14,6 +14,8 @@ constexpr double kClear = 0.5;
 /// The same, above which its colours are known in case it vanishes, learnt in one of so many frames.
 constexpr double kWatched = 0.25;
 constexpr int kLearnEvery = 4;
+/// Frames after which they are of other surroundings.
+constexpr int kForgottenAfter = 30;
 /// How far the object strays from its motion in a frame where nothing shows it, and where that motion is not known:
 /// object radii and radians.
 constexpr double kDrift = 0.01, kUnknownDrift = 0.05;
@@ -178,7 +180,7 @@ void Tracker::Impl::judge_texture(const Estimate& estimate) {
   spread_ = estimate.covariance;
   T_spread_ = estimate.T_camera_object;
   if (deviation < kWatched) {
-    outline_.clear();
+    if (++since_learnt_ > kForgottenAfter) outline_.clear();
     return;
   }
   const bool in_sight = estimate.used_share() > kUsualScore * course_.usual_share;
