@@ -87,7 +87,8 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
     // An outline may have look-alikes where texture has none.
     if (is_good(alone) && alone.score > both.score) return accept(alone);
     if (is_good(both)) return accept(both);
-    if (suffices(outline)) return true;
+    // After a loss texture is looked for everywhere first: it alone may tell how the object is turned.
+    if (!motion_.lost() && suffices(outline)) return true;
   }
   best = follow_fully(frame, hypotheses, scope, search);
   // Not enough to be held by, but a better guess than none.
