@@ -177,10 +177,11 @@ void Tracker::Impl::report_outline_of_textured(const OutlineEstimate& outline, F
 void Tracker::Impl::judge_texture(const Estimate& estimate) {
   if (!options_.outline) return;
   const double deviation = largest_deviation(estimate.texture_covariance) / options_.faint_deviation;
-  course_.faint = deviation > (course_.faint ? kClear : 1) && course_.visible_pixels >= kLeastPixels;
+  const bool large = course_.visible_pixels >= kLeastPixels;
+  course_.faint = deviation > (course_.faint ? kClear : 1) && large;
   spread_ = estimate.covariance;
   T_spread_ = estimate.T_camera_object;
-  if (deviation < kWatched) {
+  if (deviation < kWatched || !large) {
     if (++since_learnt_ > kForgottenAfter) outline_.clear();
     return;
   }
