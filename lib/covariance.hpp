@@ -31,6 +31,13 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
 /// do not depend on residuals, (freedom + 1) / (freedom + 3) with Student's weights on a scale that fits.
 double robust_curvature(double mean_weight, double freedom);
 
+/// Of a positive definite matrix, symmetric to the last digit: information from covariance and back.
+Matrix6 symmetric_inverse(const Matrix6& positive);
+
+/// Standard deviation in the direction in which a covariance is largest.
+double largest_deviation(const Matrix6& covariance);
+double largest_deviation(const Eigen::Matrix3d& covariance);
+
 /// What is known of the pose besides its rows: `weight` is added to A (positive definite), `scores` is the covariance
 /// that this adds to theirs.
 struct Prior {

@@ -1,9 +1,10 @@
 #include "judgement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+
+#include "covariance.hpp"
 
 namespace holdfast {
 namespace {
@@ -23,9 +24,6 @@ constexpr double kOrdinaryShare = 0.8;
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
-/// Standard deviation of the orientation, radians, up to which a pose is believed where nothing led to it: twice this
-/// is less than five degrees. What is tilted the wrong way, or seen in a strip only, is less sure.
-constexpr double kSureTurn = 0.04;
 /// Share of the usual texture that may be hidden without a word.
 constexpr double kMuchHidden = 0.4;
 /// Factor by which the light changes within a few frames that is worth a word.
@@ -43,11 +41,13 @@ bool is_sure_sliver(const Estimate& estimate) {
 
 }  // namespace
 
+double turn_deviation(const Matrix6& conditioned_covariance) {
+  return largest_deviation(Eigen::Matrix3d(conditioned_covariance.bottomRightCorner<3, 3>()));
+}
+
 double Estimate::turn_deviation() const {
   if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance.bottomRightCorner<3, 3>(),
-                                                              Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()(2)));
+  return holdfast::turn_deviation(covariance);
 }
 
 bool is_probable(const Estimate& estimate) {

@@ -12,6 +12,13 @@
 
 namespace holdfast {
 
+/// Standard deviation of the orientation, radians, up to which a pose is believed where nothing else led to it: twice
+/// this is less than five degrees. What is tilted the wrong way, or seen in a strip only, is less sure.
+inline constexpr double kSureTurn = 0.04;
+
+/// Standard deviation of the orientation where it is least sure, radians.
+double turn_deviation(const Matrix6& conditioned_covariance);
+
 /// A pose with what speaks for it.
 struct Estimate {
   Pose T_camera_object = Pose::Identity();

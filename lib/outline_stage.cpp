@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "covariance.hpp"
 #include "holdfast/tracker.hpp"
 #include "stopwatch.hpp"
 
@@ -128,8 +129,7 @@ void OutlineStage::measure(OutlineEstimate& estimate, const OutlineSearch& searc
   const Twist outward = kOutward * A.ldlt().solve(sums.outward);
   estimate.covariance += outward * outward.transpose();
   const Matrix6 alone = (outline + kLeftFree * prior * Matrix6::Identity()).ldlt().solve(Matrix6::Identity());
-  const Matrix6 information = (alone + outward * outward.transpose()).ldlt().solve(Matrix6::Identity());
-  estimate.information = 0.5 * (information + information.transpose());
+  estimate.information = symmetric_inverse(alone + outward * outward.transpose());
   forget_hidden_turns(estimate);
 }
 

@@ -341,8 +341,7 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
   result.correlation = estimate.correlation;
   if (estimate.covariance.trace() > 0) {
-    const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
-    result.information = conditioning().information(0.5 * (information + information.transpose()));
+    result.information = conditioning().information(symmetric_inverse(estimate.covariance));
   }
   Circumstances circumstances;
   static_cast<Standing&>(circumstances) = standing(estimate);

@@ -1,5 +1,3 @@
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -27,25 +25,11 @@ constexpr double kJump = 5, kLeastJump = 0.05;
 constexpr double kHeldAlone = 0.7, kFoundAlone = 0.85, kLearntAlone = 0.9;
 /// Least pixels inside an outline beside texture: the depth of smaller objects hardly shows in it.
 constexpr int kLeastPixels = 1000;
-/// Standard deviation of the orientation, radians, up to which a pose is believed: twice this is less than five
-/// degrees.
-constexpr double kSureTurn = 0.04;
 /// How fast what the outline's covariance lacks follows what each frame says of it, how much that is at most, and
 /// between which factors it stays.
 constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
 /// Frames in a row in which texture is seen as usual and the outline is not, after which its colours are learnt anew.
 constexpr int kMostMisses = 5;
-
-template <int kSize>
-double largest_deviation(const Eigen::Matrix<double, kSize, kSize>& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kSize, kSize>> solver(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()(kSize - 1)));
-}
-
-Matrix6 inverse(const Matrix6& positive) {
-  const Matrix6 result = positive.ldlt().solve(Matrix6::Identity());
-  return 0.5 * (result + result.transpose());
-}
 
 }  // namespace
 
@@ -133,7 +117,7 @@ void Tracker::Impl::compare_outline(const Estimate& both, const OutlineEstimate&
   const Matrix6 information = outline.information / outline_excess_;
   const Twist pull =
       information * outline.conditioning.conditioned(log_se3(outline.T_camera_object * both.T_camera_object.inverse()));
-  const double square = pull.dot((both.texture_covariance + inverse(information)) * pull) / 6;
+  const double square = pull.dot((both.texture_covariance + symmetric_inverse(information)) * pull) / 6;
   const double factor = std::pow(std::clamp(square, 1 / kMostSquare, kMostSquare), kExcessMemory);
   outline_excess_ = std::clamp(outline_excess_ * factor, kLeastExcess, kMostExcess);
 }
@@ -166,9 +150,9 @@ void Tracker::Impl::report_outline_of_textured(const OutlineEstimate& outline, F
   if (spread_.trace() <= 0) return;  // no texture has told yet how it is turned
   if (outline.hidden_turn_count > 0) result.T_camera_object = without_hidden_turns(outline);
   carry_spread(result.T_camera_object);
-  spread_ = inverse(inverse(spread_) + outline.information / outline_excess_);
-  result.information = outline.conditioning.information(inverse(spread_));
-  if (result.status == Status::held && largest_deviation<3>(spread_.bottomRightCorner<3, 3>()) > kSureTurn) {
+  spread_ = symmetric_inverse(symmetric_inverse(spread_) + outline.information / outline_excess_);
+  result.information = outline.conditioning.information(symmetric_inverse(spread_));
+  if (result.status == Status::held && turn_deviation(spread_) > kSureTurn) {
     result.status = Status::lost;
     result.reason = "little texture in view, and the outline does not tell how it is turned";
   }

@@ -161,8 +161,7 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
   result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
   result.correlation = sums.agreement;
   if (estimate.covariance.trace() > 0) {
-    const Matrix6 information = estimate.covariance.ldlt().solve(Matrix6::Identity());
-    result.information = estimate.conditioning.information(0.5 * (information + information.transpose()));
+    result.information = estimate.conditioning.information(symmetric_inverse(estimate.covariance));
   }
   if (is_followed(estimate)) {
     result.status = Status::held;
