@@ -10,17 +10,20 @@ namespace {
 
 std::size_t material_count(const Mesh& mesh) { return std::max<std::size_t>(mesh.materials.size(), 1); }
 
-std::vector<Vertex> make_vertices(const Mesh& mesh, const Eigen::Vector3d& center) {
-  std::vector<Vertex> vertices(mesh.positions.size());
+MeshLevel whole(const Mesh& mesh) {
+  MeshLevel level{{}, mesh.texture_coordinates, mesh.triangles, mesh.triangle_materials, 0};
+  for (const Eigen::Vector3f& p : mesh.positions) level.positions.emplace_back(p.cast<double>());
+  return level;
+}
+
+std::vector<Vertex> make_vertices(const MeshLevel& level, const Eigen::Vector3d& center) {
+  std::vector<Vertex> vertices(level.positions.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const Eigen::Vector3f position = (mesh.positions[i].cast<double>() - center).cast<float>();
+    const Eigen::Vector3f position = (level.positions[i] - center).cast<float>();
     vertices[i].position = {position.x(), position.y(), position.z()};
-    if (!mesh.texture_coordinates.empty()) {
+    if (!level.texture_coordinates.empty()) {
       // Texture rows are uploaded from the top, so the coordinate runs downwards.
-      vertices[i].texture_coordinate = {mesh.texture_coordinates[i].x(), 1 - mesh.texture_coordinates[i].y()};
-    }
-    if (!mesh.colors.empty()) {
-      vertices[i].color = mesh.colors[i];
+      vertices[i].texture_coordinate = {level.texture_coordinates[i].x(), 1 - level.texture_coordinates[i].y()};
     }
   }
   return vertices;
@@ -69,17 +72,22 @@ std::vector<Vertex> used_vertices(const std::vector<Vertex>& vertices, std::vect
 
 }  // namespace
 
-std::vector<DrawnLevel> drawn_levels(const Mesh& mesh, const Eigen::Vector3d& center, bool coarser) {
-  std::vector<MeshLevel> levels{{mesh.triangles, mesh.triangle_materials, 0}};
-  if (coarser) {
-    for (MeshLevel& level : mesh_levels(mesh)) levels.push_back(std::move(level));
-  }
-  const std::vector<Vertex> vertices = make_vertices(mesh, center);
+DrawnLevel drawn_mesh(const Mesh& mesh, const Eigen::Vector3d& center) {
+  const MeshLevel level = whole(mesh);
+  DrawnLevel drawn;
+  std::vector<Vertex> vertices = make_vertices(level, center);
+  for (std::size_t i = 0; i < mesh.colors.size(); ++i) vertices[i].color = mesh.colors[i];
+  drawn.indices = make_indices(level, material_count(mesh), drawn.batches);
+  drawn.vertices = used_vertices(vertices, drawn.indices);
+  return drawn;
+}
+
+std::vector<DrawnLevel> coarser_levels(const Mesh& mesh, MeshAspect aspect, const Eigen::Vector3d& center) {
   std::vector<DrawnLevel> drawn;
-  for (const MeshLevel& level : levels) {
+  for (const MeshLevel& level : mesh_levels(mesh, aspect)) {
     DrawnLevel next;
     next.indices = make_indices(level, material_count(mesh), next.batches);
-    next.vertices = used_vertices(vertices, next.indices);
+    next.vertices = used_vertices(make_vertices(level, center), next.indices);
     next.deviation = level.deviation;
     drawn.push_back(std::move(next));
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "holdfast/mesh.hpp"
+#include "mesh_levels.hpp"
 
 namespace holdfast {
 
@@ -31,9 +32,11 @@ struct DrawnLevel {
   double deviation = 0;  ///< from the mesh, metres
 };
 
-/// The mesh, then, when `coarser`, its mesh_levels(). Positions are taken about `center`, so that a model far from its
-/// origin keeps its digits in float.
-std::vector<DrawnLevel> drawn_levels(const Mesh& mesh, const Eigen::Vector3d& center, bool coarser);
+/// Positions are taken about `center`, so that a model far from its origin keeps its digits in float.
+DrawnLevel drawn_mesh(const Mesh& mesh, const Eigen::Vector3d& center);
+
+/// The mesh_levels() of the mesh.
+std::vector<DrawnLevel> coarser_levels(const Mesh& mesh, MeshAspect aspect, const Eigen::Vector3d& center);
 
 /// A flag a material. Coordinates that leave the image ask for repetition; otherwise repeating would bleed the opposite
 /// border in.

@@ -27,6 +27,7 @@ namespace holdfast {
   X(create_shader, PFNGLCREATESHADERPROC, "glCreateShader")                                    \
   X(delete_shader, PFNGLDELETESHADERPROC, "glDeleteShader")                                    \
   X(delete_textures, PFNGLDELETETEXTURESPROC, "glDeleteTextures")                              \
+  X(color_mask, PFNGLCOLORMASKPROC, "glColorMask")                                             \
   X(cull_face, PFNGLCULLFACEPROC, "glCullFace")                                                \
   X(depth_func, PFNGLDEPTHFUNCPROC, "glDepthFunc")                                             \
   X(disable, PFNGLDISABLEPROC, "glDisable")                                                    \

@@ -1,5 +1,6 @@
 #include "mesh_levels.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,21 +14,24 @@ namespace {
 
 /// Fewer cost little as they are.
 constexpr std::size_t kFewTriangles = 1000, kFewestTriangles = 100;
+/// Triangles of a level, of those of the one before, per cent.
+constexpr std::size_t kLevelShare = 71;
 /// Of the mesh's radius.
 constexpr double kMostDeviation = 0.02;
 /// Least cosine between a triangle's normals before and after a step.
 constexpr double kLeastCosine = 0.5;
 
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A point of the surface: where it is (metres), where its texture is, 1.
-Vector6 homogeneous(const Eigen::Vector3d& p, const Eigen::Vector2d& t) {
-  return {p.x(), p.y(), p.z(), t.x(), t.y(), 1};
-}
+/// How strongly a vertex is held where it was in directions in which it may slide at no cost.
+constexpr double kHeld = 1e-4;
 
-/// Area-weighted sum of squared distances, of surface and of texture (as metres on the surface), from faces' planes.
+/// Area-weighted sum of squared distances, of surface and of texture (as metres on the surface), from faces' planes;
+/// of points given by where they are (metres), where their texture is, 1.
 struct Quadric {
   Matrix6 Q = Matrix6::Zero();
   double area = 0;
@@ -37,11 +41,24 @@ struct Quadric {
     area += other.area;
   }
   double mean_square(const Vector6& x) const { return area > 0 ? std::max(0.0, x.dot(Q * x)) / area : 0; }
+  /// The point of least distance that `normal` finds at this `height`, near x.
+  Vector6 best_near(const Vector6& x, const Eigen::Vector3d& normal, double height) const {
+    const double held = kHeld * Q.topLeftCorner<5, 5>().trace();
+    if (!(held > 0)) return x;
+    const Eigen::LDLT<Matrix5> A(Q.topLeftCorner<5, 5>() + held * Matrix5::Identity());
+    Vector6 best = x;
+    best.head<5>() = A.solve(held * x.head<5>() - Q.topRightCorner<5, 1>());
+    Vector5 across = Vector5::Zero();
+    across.head<3>() = normal;
+    const Vector5 way = A.solve(across);
+    if (way.dot(across) > 0) best.head<5>() += (height - normal.dot(best.head<3>())) / way.dot(across) * way;
+    return best;
+  }
 };
 
 class Simplification {
  public:
-  explicit Simplification(const Mesh& mesh);
+  Simplification(const Mesh& mesh, bool by_texture);
 
   /// Merges vertices until so many triangles are left; false when that cannot be had.
   bool reduce_to(std::size_t count, double most_deviation);
@@ -51,7 +68,7 @@ class Simplification {
  private:
   struct Step {
     double cost = 0;
-    std::uint32_t from = 0, to = 0, version = 0;
+    std::uint32_t from = 0, to = 0, version_from = 0, version_to = 0;
     /// The cheapest on top; equals in one order, so that the same mesh gives the same levels.
     bool operator<(const Step& other) const {
       return std::tie(cost, from, to) > std::tie(other.cost, other.from, other.to);
@@ -60,10 +77,18 @@ class Simplification {
 
   void lock_borders();
   void add_quadric(std::size_t triangle, double usual_scale);
-  void push_steps(std::uint32_t from);
-  void push(std::uint32_t from, std::uint32_t to);
-  bool allowed(std::uint32_t from, std::uint32_t to) const;
-  void merge(std::uint32_t from, std::uint32_t to);
+  void push(std::uint32_t a, std::uint32_t b);
+  /// Where both become one; on the other where that is locked.
+  Vector6 merged(std::uint32_t from, std::uint32_t to) const;
+  bool allowed(std::uint32_t from, std::uint32_t to, const Vector6& x) const;
+  /// Whether the triangles around a vertex that the other has no part in stay as they are but for it.
+  bool stay(std::uint32_t vertex, std::uint32_t other, const Vector6& x) const;
+  void merge(std::uint32_t from, std::uint32_t to, const Vector6& x);
+  Vector6 point(std::uint32_t vertex) const {
+    const Eigen::Vector3d& p = positions_[vertex];
+    const Eigen::Vector2d& t = texture_[vertex];
+    return {p.x(), p.y(), p.z(), t.x(), t.y(), 1};
+  }
   std::vector<std::uint32_t> neighbours(std::uint32_t vertex) const;
   bool has(std::size_t triangle, std::uint32_t vertex) const {
     const Triangle& t = triangles_[triangle];
@@ -71,15 +96,17 @@ class Simplification {
   }
   std::uint32_t material(std::size_t triangle) const { return materials_.empty() ? 0 : materials_[triangle]; }
   bool textured(std::size_t triangle) const { return textured_[material(triangle)]; }
-  Eigen::Vector3d cross(const Triangle& t) const {
-    return (positions_[t[1]] - positions_[t[0]]).cross(positions_[t[2]] - positions_[t[0]]);
+  static Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+    return (b - a).cross(c - a);
   }
-  double texture_cross(const Triangle& t) const {
-    const Eigen::Vector2d a = texture_[t[1]] - texture_[t[0]], b = texture_[t[2]] - texture_[t[0]];
-    return a.x() * b.y() - a.y() * b.x();
+  static double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   }
+  Eigen::Vector3d cross(const Triangle& t) const { return cross(positions_[t[0]], positions_[t[1]], positions_[t[2]]); }
+  double texture_cross(const Triangle& t) const { return cross(texture_[t[0]], texture_[t[1]], texture_[t[2]]); }
 
-  std::vector<Eigen::Vector3d> positions_;
+  Eigen::Vector3d center_;
+  std::vector<Eigen::Vector3d> positions_;  ///< about it
   std::vector<Eigen::Vector2d> texture_;
   std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> materials_;
@@ -92,11 +119,12 @@ class Simplification {
   double worst_ = 0;  ///< mean square
 };
 
-Simplification::Simplification(const Mesh& mesh)
-    : positions_(mesh.positions.size()),
+Simplification::Simplification(const Mesh& mesh, bool by_texture)
+    : center_(mesh.center().cast<double>()),
+      positions_(mesh.positions.size()),
       texture_(mesh.positions.size(), Eigen::Vector2d::Zero()),
       triangles_(mesh.triangles),
-      materials_(mesh.triangle_materials),
+      materials_(by_texture ? mesh.triangle_materials : std::vector<std::uint32_t>{}),
       textured_(std::max<std::size_t>(mesh.materials.size(), 1), false),
       dead_(mesh.triangles.size(), false),
       locked_(mesh.positions.size(), false),
@@ -104,14 +132,14 @@ Simplification::Simplification(const Mesh& mesh)
       around_(mesh.positions.size()),
       quadrics_(mesh.positions.size()),
       versions_(mesh.positions.size(), 0) {
-  const Eigen::Vector3d center = mesh.center();
+  by_texture = by_texture && !mesh.texture_coordinates.empty();
   for (std::size_t i = 0; i < positions_.size(); ++i) {
-    positions_[i] = mesh.positions[i].cast<double>() - center;
-    if (!mesh.texture_coordinates.empty()) texture_[i] = mesh.texture_coordinates[i].cast<double>();
+    positions_[i] = mesh.positions[i].cast<double>() - center_;
+    if (by_texture) texture_[i] = mesh.texture_coordinates[i].cast<double>();
   }
   // A texture may come later; where there are coordinates it must not slide.
-  std::fill(textured_.begin(), textured_.end(), !mesh.texture_coordinates.empty());
-  const std::vector<std::uint32_t> first = welded_vertices(mesh, true);
+  std::fill(textured_.begin(), textured_.end(), by_texture);
+  const std::vector<std::uint32_t> first = welded_vertices(mesh, by_texture);
   std::vector<double> scales;
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     Triangle& t = triangles_[i];
@@ -135,7 +163,11 @@ Simplification::Simplification(const Mesh& mesh)
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     if (!dead_[i]) add_quadric(i, usual_scale);
   }
-  for (std::uint32_t i = 0; i < positions_.size(); ++i) push_steps(i);
+  for (std::uint32_t i = 0; i < positions_.size(); ++i) {
+    for (const std::uint32_t other : neighbours(i)) {
+      if (i < other) push(i, other);
+    }
+  }
 }
 
 void Simplification::lock_borders() {
@@ -214,34 +246,67 @@ std::vector<std::uint32_t> Simplification::neighbours(std::uint32_t vertex) cons
   return found;
 }
 
-void Simplification::push(std::uint32_t from, std::uint32_t to) {
-  steps_.push({quadrics_[from].mean_square(homogeneous(positions_[to], texture_[to])), from, to, versions_[from]});
+Vector6 Simplification::merged(std::uint32_t from, std::uint32_t to) const {
+  if (locked_[to]) return point(to);
+  // What the triangles around both enclose stays as it is (Lindstrom and Turk, 1998): otherwise they cut corners, and
+  // the body shrinks.
+  Eigen::Vector3d area = Eigen::Vector3d::Zero();
+  double volume = 0, all = 0;
+  const auto add = [&](std::uint32_t triangle) {
+    const Eigen::Vector3d normal = cross(triangles_[triangle]);
+    area += normal;
+    volume += normal.dot(positions_[triangles_[triangle][0]]);
+    all += normal.norm();
+  };
+  for (const std::uint32_t triangle : around_[from]) add(triangle);
+  for (const std::uint32_t triangle : around_[to]) {
+    if (!has(triangle, from)) add(triangle);
+  }
+  // Where they look all ways no height tells.
+  const double length = area.norm();
+  const bool faces_one_way = length > 0.5 * all;
+  Quadric both = quadrics_[from];
+  both += quadrics_[to];
+  return both.best_near(0.5 * (point(from) + point(to)),
+                        faces_one_way ? Eigen::Vector3d(area / length) : Eigen::Vector3d::Zero(),
+                        faces_one_way ? volume / length : 0);
 }
 
-void Simplification::push_steps(std::uint32_t from) {
-  if (locked_[from] || gone_[from]) return;
-  for (const std::uint32_t to : neighbours(from)) push(from, to);
+void Simplification::push(std::uint32_t a, std::uint32_t b) {
+  if (locked_[a] && locked_[b]) return;
+  if (locked_[a]) std::swap(a, b);
+  const Vector6 x = merged(a, b);
+  const double cost = std::max(quadrics_[a].mean_square(x), quadrics_[b].mean_square(x));
+  steps_.push({cost, a, b, versions_[a], versions_[b]});
 }
 
-bool Simplification::allowed(std::uint32_t from, std::uint32_t to) const {
-  // The two triangles between them go; more common neighbours would leave two triangles back to back.
-  const std::vector<std::uint32_t> of_from = neighbours(from), of_to = neighbours(to);
-  std::vector<std::uint32_t> common;
-  std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(common));
-  if (common.size() != 2) return false;
-  for (const std::uint32_t triangle : around_[from]) {
-    if (has(triangle, to)) continue;
-    Triangle moved = triangles_[triangle];
-    std::replace(moved.begin(), moved.end(), from, to);
-    const Eigen::Vector3d before = cross(triangles_[triangle]), after = cross(moved);
+bool Simplification::stay(std::uint32_t vertex, std::uint32_t other, const Vector6& x) const {
+  const Eigen::Vector3d p = x.head<3>();
+  const Eigen::Vector2d texture = x.segment<2>(3);
+  for (const std::uint32_t triangle : around_[vertex]) {
+    if (has(triangle, other)) continue;
+    const Triangle& t = triangles_[triangle];
+    const auto place = [&](std::size_t k) { return t[k] == vertex ? p : positions_[t[k]]; };
+    const Eigen::Vector3d before = cross(t), after = cross(place(0), place(1), place(2));
     if (!(before.dot(after) > kLeastCosine * before.norm() * after.norm())) return false;
-    if (textured(triangle) && !(texture_cross(triangles_[triangle]) * texture_cross(moved) > 0)) return false;
+    if (!textured(triangle)) continue;
+    const auto texel = [&](std::size_t k) { return t[k] == vertex ? texture : texture_[t[k]]; };
+    if (!(texture_cross(t) * cross(texel(0), texel(1), texel(2)) > 0)) return false;
   }
   return true;
 }
 
-void Simplification::merge(std::uint32_t from, std::uint32_t to) {
-  const std::vector<std::uint32_t> before = neighbours(to);
+bool Simplification::allowed(std::uint32_t from, std::uint32_t to, const Vector6& x) const {
+  // The two triangles between them go; more common neighbours would leave two triangles back to back.
+  const std::vector<std::uint32_t> of_from = neighbours(from), of_to = neighbours(to);
+  std::vector<std::uint32_t> common;
+  std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(common));
+  return common.size() == 2 && stay(from, to, x) && (locked_[to] || stay(to, from, x));
+}
+
+void Simplification::merge(std::uint32_t from, std::uint32_t to, const Vector6& x) {
+  positions_[to] = x.head<3>();
+  texture_[to] = x.segment<2>(3);
   for (const std::uint32_t triangle : around_[from]) {
     if (has(triangle, to)) {
       dead_[triangle] = true;
@@ -258,10 +323,7 @@ void Simplification::merge(std::uint32_t from, std::uint32_t to) {
   gone_[from] = true;
   quadrics_[to] += quadrics_[from];
   ++versions_[to];
-  push_steps(to);
-  for (const std::uint32_t other : neighbours(to)) {
-    if (!locked_[other] && !std::binary_search(before.begin(), before.end(), other)) push(other, to);
-  }
+  for (const std::uint32_t other : neighbours(to)) push(to, other);
 }
 
 bool Simplification::reduce_to(std::size_t count, double most_deviation) {
@@ -270,10 +332,12 @@ bool Simplification::reduce_to(std::size_t count, double most_deviation) {
     const Step step = steps_.top();
     if (step.cost > most_deviation * most_deviation) return false;
     steps_.pop();
-    if (gone_[step.from] || gone_[step.to] || step.version != versions_[step.from]) continue;
-    if (!allowed(step.from, step.to)) continue;
+    if (gone_[step.from] || gone_[step.to]) continue;
+    if (step.version_from != versions_[step.from] || step.version_to != versions_[step.to]) continue;
+    const Vector6 x = merged(step.from, step.to);
+    if (!allowed(step.from, step.to, x)) continue;
     worst_ = std::max(worst_, step.cost);
-    merge(step.from, step.to);
+    merge(step.from, step.to, x);
   }
   return true;
 }
@@ -281,9 +345,21 @@ bool Simplification::reduce_to(std::size_t count, double most_deviation) {
 MeshLevel Simplification::level() const {
   MeshLevel level;
   level.deviation = std::sqrt(worst_);
+  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+  std::vector<std::uint32_t> place(positions_.size(), kUnused);
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     if (dead_[i]) continue;
-    level.triangles.push_back(triangles_[i]);
+    Triangle triangle = triangles_[i];
+    for (std::uint32_t& vertex : triangle) {
+      std::uint32_t& at = place[vertex];
+      if (at == kUnused) {
+        at = static_cast<std::uint32_t>(level.positions.size());
+        level.positions.push_back(positions_[vertex] + center_);
+        if (textured_[0]) level.texture_coordinates.push_back(texture_[vertex].cast<float>());
+      }
+      vertex = at;
+    }
+    level.triangles.push_back(triangle);
     if (!materials_.empty()) level.triangle_materials.push_back(materials_[i]);
   }
   return level;
@@ -291,16 +367,17 @@ MeshLevel Simplification::level() const {
 
 }  // namespace
 
-std::vector<MeshLevel> mesh_levels(const Mesh& mesh) {
+std::vector<MeshLevel> mesh_levels(const Mesh& mesh, MeshAspect aspect) {
   std::vector<MeshLevel> levels;
-  if (mesh.triangles.size() < kFewTriangles || !mesh.colors.empty()) return levels;
-  Simplification simplification(mesh);
+  const bool looks = aspect == MeshAspect::appearance;
+  if (mesh.triangles.size() < kFewTriangles || (looks && !mesh.colors.empty())) return levels;
+  Simplification simplification(mesh, looks);
   const double most = kMostDeviation * mesh.radius();
   while (simplification.alive() >= 2 * kFewestTriangles) {
     const std::size_t before = simplification.alive();
-    const bool reached = simplification.reduce_to(before / 2, most);
+    const bool reached = simplification.reduce_to(before * kLevelShare / 100, most);
     // What is left at the end of the way may still be worth a level.
-    if (reached || simplification.alive() < before * 4 / 5) levels.push_back(simplification.level());
+    if (reached || simplification.alive() < before * 9 / 10) levels.push_back(simplification.level());
     if (!reached) break;
   }
   return levels;

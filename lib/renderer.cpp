@@ -137,6 +137,11 @@ struct Renderer::Impl {
   void warm_up();
   void check_errors(const char* action) const;
   Appearance appearance(std::size_t material) const;
+  /// The coarsest whose deviation is allowed where a pixel is so many metres.
+  const Geometry& level_of(const std::vector<Geometry>& levels, double pixel) const;
+  void draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const;
+  void draw_depth(const Eigen::Matrix4f& clip_from_object, double pixel) const;
+  void draw_triangles(const Batch& batch) const;
 
   std::unique_ptr<GlContext> context;
   const GlFunctions& gl;
@@ -146,7 +151,8 @@ struct Renderer::Impl {
   std::vector<int> heights;
   std::vector<GLuint> framebuffers;  ///< one a pair of size classes, widths first; 0: not made yet
   std::array<Program, kAppearances> programs, lit_programs;
-  std::vector<Geometry> geometries;  ///< the mesh, then ever coarser levels of it
+  /// The mesh, then ever coarser levels of it; the same of its shape, for depth alone.
+  std::vector<Geometry> geometries, shapes;
   std::vector<MaterialState> materials;
   bool has_texture_coordinates = false;
   bool has_colors = false;
@@ -218,6 +224,11 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
     return made;
   });
 
+  std::future<std::vector<DrawnLevel>> shape_levels =
+      std::async(options.silhouettes && deviation_pixels > 0 ? std::launch::async : std::launch::deferred, [&] {
+        return deviation_pixels > 0 ? coarser_levels(mesh, MeshAspect::shape, center) : std::vector<DrawnLevel>{};
+      });
+
   const std::string textured = options.texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED";
   const auto link_all = [&](const std::string& light) {
     return std::array{link(textured + light), link("VERTEX_COLORED" + light), link("UNKNOWN" + light)};
@@ -233,8 +244,18 @@ Renderer::Impl::Impl(const Mesh& mesh, int max_width, int max_height, const Rend
   gl.clear_depth(1);
   check_drawing();
 
-  for (const DrawnLevel& level : drawn_levels(mesh, center, deviation_pixels > 0)) {
-    geometries.push_back({upload_geometry(level.vertices, level.indices), level.batches, level.deviation});
+  const auto geometry = [&](const DrawnLevel& level) {
+    return Geometry{upload_geometry(level.vertices, level.indices), level.batches, level.deviation};
+  };
+  geometries.push_back(geometry(drawn_mesh(mesh, center)));
+  if (deviation_pixels > 0) {
+    for (const DrawnLevel& level : coarser_levels(mesh, MeshAspect::appearance, center)) {
+      geometries.push_back(geometry(level));
+    }
+  }
+  if (options.silhouettes) {
+    shapes.push_back(geometries[0]);
+    for (const DrawnLevel& level : shape_levels.get()) shapes.push_back(geometry(level));
   }
   const std::vector<LightTexture> light = light_textures.get();
   for (std::size_t i = 0; has_texture_coordinates && i < materials.size(); ++i) {
@@ -445,6 +466,7 @@ void Renderer::Impl::warm_up() {
            {rgba.data(), depth.data(), kSmallestClass});
   };
   draw();
+  render(T_camera_object, camera, {0, 0, kSmallestClass, kSmallestClass}, {nullptr, depth.data(), kSmallestClass});
   if (encoding) {
     light_texels = !light_texels;
     draw();
@@ -461,6 +483,53 @@ Appearance Renderer::Impl::appearance(std::size_t material) const {
     return Appearance::textured;
   }
   return has_colors ? Appearance::vertex_colored : Appearance::unknown;
+}
+
+const Geometry& Renderer::Impl::level_of(const std::vector<Geometry>& levels, double pixel) const {
+  std::size_t level = 0;
+  while (level + 1 < levels.size() && levels[level + 1].deviation <= deviation_pixels * pixel) ++level;
+  return levels[level];
+}
+
+void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const {
+  gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  const Geometry& geometry = level_of(geometries, pixel);
+  gl.bind_vertex_array(geometry.vertex_array);
+  const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
+  const bool shaded = !shading.isZero();
+  for (const Batch& batch : geometry.batches) {
+    const Appearance look = appearance(batch.material);
+    const Program& program = (shaded ? lit_programs : programs)[static_cast<std::size_t>(look)];
+    gl.use_program(program.name);
+    gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
+    if (shaded) {
+      gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
+      gl.uniform3(program.shading, 1, shading.data());
+    }
+    if (look == Appearance::textured) {
+      gl.uniform1(program.spread, spread);
+      const MaterialState& material = materials[batch.material];
+      gl.bind_texture(GL_TEXTURE_2D, light_texels ? material.light_texture : material.texture);
+    }
+    draw_triangles(batch);
+  }
+}
+
+void Renderer::Impl::draw_depth(const Eigen::Matrix4f& clip_from_object, double pixel) const {
+  gl.clear(GL_DEPTH_BUFFER_BIT);
+  const Geometry& geometry = level_of(shapes.empty() ? geometries : shapes, pixel);
+  gl.bind_vertex_array(geometry.vertex_array);
+  const Program& program = programs[static_cast<std::size_t>(Appearance::unknown)];
+  gl.use_program(program.name);
+  gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
+  gl.color_mask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  for (const Batch& batch : geometry.batches) draw_triangles(batch);
+  gl.color_mask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void Renderer::Impl::draw_triangles(const Batch& batch) const {
+  gl.draw_elements(GL_TRIANGLES, batch.index_count, GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(batch.first_index * sizeof(std::uint32_t)));
 }
 
 DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& camera, const Rect& roi,
@@ -498,33 +567,14 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   }
   bind_framebuffer(roi.width, roi.height);
   gl.viewport(0, 0, roi.width, roi.height);
-  gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  // Where the object is nearest a metre is the most pixels.
-  const double pixel = range.near_plane / std::max(camera.fx, camera.fy);
-  std::size_t level = 0;
-  while (level + 1 < geometries.size() && geometries[level + 1].deviation <= deviation_pixels * pixel) ++level;
-  const Geometry& geometry = geometries[level];
-  gl.bind_vertex_array(geometry.vertex_array);
   const Eigen::Matrix4f clip_from_object =
       (projection(camera, roi, range) * T_camera_center.matrix()).eval().cast<float>();
-  const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
-  const bool shaded = !shading.isZero();
-  for (const Batch& batch : geometry.batches) {
-    const Appearance look = appearance(batch.material);
-    const Program& program = (shaded ? lit_programs : programs)[static_cast<std::size_t>(look)];
-    gl.use_program(program.name);
-    gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
-    if (shaded) {
-      gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
-      gl.uniform3(program.shading, 1, shading.data());
-    }
-    if (look == Appearance::textured) {
-      gl.uniform1(program.spread, spread);
-      const MaterialState& material = materials[batch.material];
-      gl.bind_texture(GL_TEXTURE_2D, light_texels ? material.light_texture : material.texture);
-    }
-    gl.draw_elements(GL_TRIANGLES, batch.index_count, GL_UNSIGNED_INT,
-                     reinterpret_cast<const void*>(batch.first_index * sizeof(std::uint32_t)));
+  // Where the object is nearest a metre is the most pixels.
+  const double pixel = range.near_plane / std::max(camera.fx, camera.fy);
+  if (target.rgba == nullptr) {
+    draw_depth(clip_from_object, pixel);
+  } else {
+    draw(clip_from_object, T_camera_center, pixel);
   }
   read(roi.width, roi.height, stride, target);
   check_errors("rendering");

@@ -77,7 +77,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma),
       view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
-            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh),
+            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh), options.outline,
              options.light_texels}),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
