@@ -18,6 +18,8 @@ constexpr std::size_t kFewTriangles = 1000, kFewestTriangles = 100;
 constexpr std::size_t kLevelShare = 71;
 /// Of the mesh's radius.
 constexpr double kMostDeviation = 0.02;
+/// Of how far texture lies elsewhere on the surface: it does so all ways, and hardly moves a pose.
+constexpr double kTextureWeight = 0.5;
 /// Least cosine between a triangle's normals before and after a step.
 constexpr double kLeastCosine = 0.5;
 
@@ -221,9 +223,10 @@ void Simplification::add_quadric(std::size_t triangle, double usual_scale) {
     edges << (positions_[t[1]] - p0).transpose(), (positions_[t[2]] - p0).transpose(), n.transpose();
     const Eigen::Matrix3d inverse = edges.inverse();
     const double of_texture = std::abs(texture_cross(t));
-    const double scale = of_texture > 0
-                             ? std::clamp(std::sqrt(doubled_area / of_texture), 0.1 * usual_scale, 10 * usual_scale)
-                             : usual_scale;
+    const double on_surface =
+        of_texture > 0 ? std::clamp(std::sqrt(doubled_area / of_texture), 0.1 * usual_scale, 10 * usual_scale)
+                       : usual_scale;
+    const double scale = kTextureWeight * on_surface;
     for (int axis = 0; axis < 2; ++axis) {
       const Eigen::Vector3d steps(texture_[t[1]](axis) - texture_[t[0]](axis),
                                   texture_[t[2]](axis) - texture_[t[0]](axis), 0);

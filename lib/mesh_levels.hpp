@@ -17,8 +17,8 @@ struct MeshLevel {
   std::vector<Eigen::Vector2f> texture_coordinates;  ///< empty, or one a position
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> triangle_materials;  ///< empty, or one a triangle, as in the mesh
-  /// By how much surface or texture lie elsewhere where it is worst, metres: root of the mean square over what a vertex
-  /// stands for.
+  /// By how much the surface, or by twice how much its texture, lies elsewhere where it is worst, metres: root of the
+  /// mean square over what a vertex stands for.
   double deviation = 0;
 };
 

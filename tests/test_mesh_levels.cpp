@@ -156,7 +156,7 @@ TEST_CASE("levels have ever fewer triangles, lie where the mesh lies as far as t
       const Hit fine = first_hit(mesh, origin, direction), drawn = first_hit(coarse, origin, direction);
       REQUIRE(drawn.distance < 1);  // no gap
       const double off =
-          std::hypot(fine.distance - drawn.distance, kTextureMetres * (fine.texture - drawn.texture).norm());
+          std::hypot(fine.distance - drawn.distance, 0.5 * kTextureMetres * (fine.texture - drawn.texture).norm());
       square += off * off;
       largest = std::max(largest, off);
     }

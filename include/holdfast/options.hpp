@@ -38,10 +38,11 @@ struct HOLDFAST_EXPORT TrackerOptions {
   int levels = 4;                  ///< most pyramid levels; small objects use fewer
   int finest_level = 0;            ///< 0: full resolution; 1: half
   int texture_samples = 4;         ///< of the rendered view, a pixel: 1, or 4 averaged as light
-  double mesh_deviation = 0.1;     ///< pixels that a mesh drawn with fewer triangles may be off; 0: all are drawn
-  int most_pixels = 100000;        ///< an object of more is tracked at half the resolution (quarter, ...)
-  int enough_pixels = 8000;        ///< with a gradient; where more are seen, every second to fourth row is looked at
-  int iterations = 5;              ///< most solved systems a level
+  double mesh_deviation =
+      0.1;                   ///< pixels that a mesh of fewer triangles may be off, texture twice; 0: none are left out
+  int most_pixels = 100000;  ///< an object of more is tracked at half the resolution (quarter, ...)
+  int enough_pixels = 8000;  ///< with a gradient; where more are seen, every second to fourth row is looked at
+  int iterations = 5;        ///< most solved systems a level
   bool robust_weights = true;      ///< Student-t weights on what passes the tests
   bool photometric = true;         ///< gain and bias a channel, global and a tile
   bool shading = true;             ///< draw the view as light falls on it from one side, as learnt from the frames
