@@ -290,7 +290,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       }
     }
     last_ = best;
-    last_outline_score_ = outline.score;
+    outline_memory_.note_score(outline.score);
     last_by_outline_ = by_outline;
     if (by_outline) {
       report_outline_of_textured(outline, result);
@@ -484,13 +484,10 @@ void Tracker::reset(const Pose& T_camera_object) {
   const bool textured = impl_->has_appearance_ && (!impl_->options_.outline || impl_->shows_texture(T_camera_object));
   impl_->by_outline_ = !textured && !(impl_->has_appearance_ && impl_->shows_texture_elsewhere(T_camera_object));
   impl_->outline_.clear();
-  impl_->usual_outline_ = 0;
-  impl_->outline_misses_ = 0;
+  impl_->outline_memory_.clear();
   impl_->course_ = {};
   impl_->course_.faint = !textured;
-  impl_->spread_.setZero();
-  impl_->outline_excess_ = Impl::kFirstExcess;
-  impl_->T_spread_ = impl_->motion_.pose();
+  impl_->spread_.clear();
   impl_->finest_ = impl_->options_.finest_level;
   impl_->started_ = true;
 }

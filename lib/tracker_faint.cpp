@@ -9,14 +9,8 @@ namespace {
 
 /// Share of the option's deviation below which texture is no longer faint.
 constexpr double kClear = 0.5;
-/// The same, above which its colours are known in case it vanishes, learnt in one of so many frames.
+/// The same, above which the outline's colours are known in case texture vanishes.
 constexpr double kWatched = 0.25;
-constexpr int kLearnEvery = 4;
-/// Frames after which they are of other surroundings.
-constexpr int kForgottenAfter = 30;
-/// How far the object strays from its motion in a frame where nothing shows it, and where that motion is not known:
-/// object radii and radians.
-constexpr double kDrift = 0.01, kUnknownDrift = 0.05;
 /// How far from where its motion leads an outline alone is not believed: of how far the object usually strays, and
 /// object radii and radians.
 constexpr double kJump = 5, kLeastJump = 0.05;
@@ -25,11 +19,6 @@ constexpr double kJump = 5, kLeastJump = 0.05;
 constexpr double kHeldAlone = 0.7, kFoundAlone = 0.85, kLearntAlone = 0.9;
 /// Least pixels inside an outline beside texture: the depth of smaller objects hardly shows in it.
 constexpr int kLeastPixels = 1000;
-/// How fast what the outline's covariance lacks follows what each frame says of it, how much that is at most, and
-/// between which factors it stays.
-constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
-/// Frames in a row in which texture is seen as usual and the outline is not, after which its colours are learnt anew.
-constexpr int kMostMisses = 5;
 
 }  // namespace
 
@@ -54,7 +43,8 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
       outline = outline_.estimate_nearby(alone.T_camera_object, finest_);
       add_outline_effort();
       if (!is_followed(outline)) return accept(alone);
-      const Estimate both = with_outline(outline, [&] { return resumed(alone); });
+      const Estimate both = resumed(alone, outline);
+      compare_outline(both, outline);
       return accept(is_good(both) ? both : alone);
     }
   }
@@ -66,7 +56,8 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
   add_outline_effort();
   if (is_followed(outline)) {
     const int coarsest = std::max(finest_, std::min(finest_ + 1, scope.coarse_finest));
-    const Estimate both = with_outline(outline, [&] { return fine_stage(outline.T_camera_object, coarsest, -1); });
+    const Estimate both = fine_stage(outline.T_camera_object, coarsest, -1, kAnyMotion, &outline);
+    compare_outline(both, outline);
     if (fits_as_usual(both)) return accept(both);
     // An outline may have look-alikes where texture has none.
     if (is_good(alone) && alone.score > both.score) return accept(alone);
@@ -83,20 +74,11 @@ Rect Tracker::Impl::outline_region(const Scope& scope) const {
   return united(scope.region, image_.region(grown(scope.wanted, outline_.margin())));
 }
 
-template <typename Stage>
-Estimate Tracker::Impl::with_outline(const OutlineEstimate& outline, const Stage& stage) {
-  outline_said_ = outline;
-  const Estimate both = stage();
-  outline_said_.reset();
-  if (is_good(both)) compare_outline(both, outline);
-  return both;
-}
-
-Estimate Tracker::Impl::resumed(const Estimate& estimate) {
+Estimate Tracker::Impl::resumed(const Estimate& estimate, const OutlineEstimate& outline) {
   const Stopwatch watch(times_.solve);
   Pose D = renormalized(estimate.T_camera_object * view_.T_camera_object().inverse());
-  Estimate result = iterate(finest_, D, options_.iterations);
-  if (result.solved) measure_spread(result);
+  Estimate result = iterate(finest_, D, options_.iterations, kAnyMotion, &outline);
+  if (result.solved) measure_spread(result, &outline);
   return result;
 }
 
@@ -107,28 +89,14 @@ double Tracker::Impl::stray(const Pose& T_camera_object) const {
 
 bool Tracker::Impl::suffices(const OutlineEstimate& outline) const {
   if (outline.visible_pixels < kLeastPixels) return false;
-  if (motion_.lost()) return outline.score >= kFoundAlone * expected_outline();
+  if (motion_.lost()) return outline.score >= kFoundAlone * outline_memory_.expected_score();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(course_.usual_stray_squared));
   const bool jumps = motion_.moving() && stray(outline.T_camera_object) > farthest;
-  return outline.score >= kHeldAlone * expected_outline() && !jumps;
+  return outline.score >= kHeldAlone * outline_memory_.expected_score() && !jumps;
 }
 
 void Tracker::Impl::compare_outline(const Estimate& both, const OutlineEstimate& outline) {
-  const Matrix6 information = outline.information / outline_excess_;
-  const Twist pull =
-      information * outline.conditioning.conditioned(log_se3(outline.T_camera_object * both.T_camera_object.inverse()));
-  const double square = pull.dot((both.texture_covariance + symmetric_inverse(information)) * pull) / 6;
-  const double factor = std::pow(std::clamp(square, 1 / kMostSquare, kMostSquare), kExcessMemory);
-  outline_excess_ = std::clamp(outline_excess_ * factor, kLeastExcess, kMostExcess);
-}
-
-void Tracker::Impl::carry_spread(const Pose& T_to) {
-  const Eigen::Matrix3d turn = T_to.linear() * T_spread_.linear().transpose();
-  Matrix6 both = Matrix6::Zero();
-  both.topLeftCorner<3, 3>() = both.bottomRightCorner<3, 3>() = turn;
-  const double drift = motion_.moving() && !motion_.lost() ? kDrift : kUnknownDrift;
-  spread_ = both * spread_ * both.transpose() + drift * drift * Matrix6::Identity();
-  T_spread_ = T_to;
+  if (is_good(both)) outline_memory_.compare(outline, both.T_camera_object, both.texture_covariance);
 }
 
 Pose Tracker::Impl::without_hidden_turns(const OutlineEstimate& outline) const {
@@ -147,12 +115,12 @@ void Tracker::Impl::report_outline_of_textured(const OutlineEstimate& outline, F
     result.status = Status::lost;
     result.reason = "little texture in view, and the outline is not surely found";
   }
-  if (spread_.trace() <= 0) return;  // no texture has told yet how it is turned
+  if (!spread_.known()) return;  // no texture has told yet how it is turned
   if (outline.hidden_turn_count > 0) result.T_camera_object = without_hidden_turns(outline);
-  carry_spread(result.T_camera_object);
-  spread_ = symmetric_inverse(symmetric_inverse(spread_) + outline.information / outline_excess_);
-  result.information = outline.conditioning.information(symmetric_inverse(spread_));
-  if (result.status == Status::held && turn_deviation(spread_) > kSureTurn) {
+  spread_.carry(result.T_camera_object, motion_.moving() && !motion_.lost());
+  spread_.add(outline_memory_.trusted_information(outline));
+  result.information = outline.conditioning.information(symmetric_inverse(spread_.covariance()));
+  if (result.status == Status::held && turn_deviation(spread_.covariance()) > kSureTurn) {
     result.status = Status::lost;
     result.reason = "little texture in view, and the outline does not tell how it is turned";
   }
@@ -163,35 +131,25 @@ void Tracker::Impl::judge_texture(const Estimate& estimate) {
   const double deviation = largest_deviation(estimate.texture_covariance) / options_.faint_deviation;
   const bool large = course_.visible_pixels >= kLeastPixels;
   course_.faint = deviation > (course_.faint ? kClear : 1) && large;
-  spread_ = estimate.covariance;
-  T_spread_ = estimate.T_camera_object;
+  spread_.set(estimate.T_camera_object, estimate.covariance);
   if (deviation < kWatched || !large) {
-    if (++since_learnt_ > kForgottenAfter) outline_.clear();
+    if (outline_memory_.forgets()) outline_.clear();
     return;
   }
   const bool in_sight = estimate.used_share() > kUsualScore * course_.usual_share;
-  if (last_outline_score_ >= 0) remember_outline_score();
-  // What an occluder looks like is not to be learnt as the object's.
-  bool as_usual = course_.faint ? last_outline_score_ > kUsualScore * expected_outline() : in_sight;
-  if (course_.faint && outline_.colors_known()) {
-    outline_misses_ = as_usual || !in_sight ? 0 : outline_misses_ + 1;
-    if (outline_misses_ >= kMostMisses) outline_.clear();
-  }
-  if (!outline_.colors_known()) {
-    usual_outline_ = 0;
-    as_usual = in_sight;
-    since_learnt_ = kLearnEvery;
-  }
-  if (!as_usual || (!course_.faint && ++since_learnt_ < kLearnEvery)) return;
-  since_learnt_ = outline_misses_ = 0;
+  outline_memory_.remember_score();
+  if (course_.faint && outline_.colors_known() && outline_memory_.mistrusts(in_sight)) outline_.clear();
+  if (!outline_memory_.learns(outline_.colors_known(), course_.faint, in_sight)) return;
   outline_.learn(estimate.T_camera_object, finest_);
   add_outline_effort();
 }
 
 void Tracker::Impl::note_outline_of_textured(const FrameResult& result) {
   course_.visible_pixels = result.visible_pixels;
-  remember_outline_score();
-  if (last_outline_score_ > kLearntAlone * expected_outline()) outline_.learn(result.T_camera_object, finest_);
+  outline_memory_.remember_score();
+  if (outline_memory_.last_score() > kLearntAlone * outline_memory_.expected_score()) {
+    outline_.learn(result.T_camera_object, finest_);
+  }
   add_outline_effort();
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "carried_spread.hpp"
 #include "covariance.hpp"
 #include "device_image.hpp"
 #include "flow_constraints.hpp"
@@ -13,6 +14,7 @@
 #include "keyframes.hpp"
 #include "motion_model.hpp"
 #include "occlusion.hpp"
+#include "outline_memory.hpp"
 #include "outline_stage.hpp"
 #include "photometry.hpp"
 #include "shift_search.hpp"
@@ -51,8 +53,6 @@ struct Tracker::Impl {
   static constexpr double kFreedom = 4;
   /// Motion between frames, pixels, that shows how long the shutter is open.
   static constexpr double kTellingMotion = 6;
-  /// Of what an outline's covariance lacks, until texture has told.
-  static constexpr double kFirstExcess = 8;
   /// Pixels; no bound on motion.
   static constexpr double kAnyMotion = 1e9;
 
@@ -74,8 +74,10 @@ struct Tracker::Impl {
   bool follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best);
   Estimate track_once(const Pose& T_predicted);
   Estimate coarse_stage(const Pose& T_start, bool search, int coarsest, int finest);
-  /// Not solved where it moves the object's corners by more than `most_motion`, pixels of the frame.
-  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion = kAnyMotion);
+  /// Not solved where it moves the object's corners by more than `most_motion`, pixels of the frame. What an `outline`
+  /// says of the pose counts beside the rows.
+  Estimate fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion = kAnyMotion,
+                      const OutlineEstimate* outline = nullptr);
   /// The levels and the part of the frame that following the object from some hypotheses takes.
   struct Scope {
     int finest = 0;                       ///< level that the pose comes from
@@ -146,18 +148,19 @@ struct Tracker::Impl {
   void decide_all_pixels();
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
   OcclusionOptions tests_of(int level) const;
-  /// Iterates on the view that is drawn; returns the last sums. Ends unsolved beyond `most_motion`, as fine_stage().
-  Estimate iterate(int level, Pose& D, int iterations, double most_motion = kAnyMotion);
-  /// The sums with what is expected of the pose added as six more observations.
-  ConstraintSums with_expectation(ConstraintSums sums, const Pose& D) const;
+  /// Iterates on the view that is drawn; returns the last sums. `most_motion` and `outline` as in fine_stage().
+  Estimate iterate(int level, Pose& D, int iterations, double most_motion = kAnyMotion,
+                   const OutlineEstimate* outline = nullptr);
+  /// The sums with what is expected of the pose added as six more observations, and what an outline says as six others.
+  ConstraintSums with_expectation(ConstraintSums sums, const Pose& D, const OutlineEstimate* outline) const;
   /// What each of those weighs beside the rows.
   double expectation_weight(const ConstraintSums& sums) const;
   /// How far the pose may be from there: object radii and radians, standard deviation.
   double expectation_deviation() const;
   /// What the outline's information weighs beside the rows.
-  Matrix6 outline_weight(const ConstraintSums& sums) const;
+  Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
-  void measure_spread(Estimate& estimate);
+  void measure_spread(Estimate& estimate, const OutlineEstimate* outline = nullptr);
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
@@ -189,8 +192,6 @@ struct Tracker::Impl {
   bool shows_texture(const Pose& T_camera_object, bool doubtful = true);
   /// The same of its other sides, where they surely have.
   bool shows_texture_elsewhere(const Pose& T_camera_object);
-  /// Score to live up to.
-  double expected_outline() const;
   /// Whether it is where the object may be, and looks enough like its outline.
   bool is_followed(const OutlineEstimate& estimate) const;
   /// Whether it is where the object may be.
@@ -201,8 +202,6 @@ struct Tracker::Impl {
   /// Counts what the outline has cost.
   void add_outline_effort();
 
-  void remember_outline_score();
-
   /// Where texture says too little of the pose: by texture and outline together (tracker_faint.cpp). Whether `outline`
   /// is all there is to go by; otherwise `best` is the answer, by both or, where the outline is lost, by texture.
   template <typename Frame>
@@ -210,19 +209,14 @@ struct Tracker::Impl {
                     Estimate& best, OutlineEstimate& outline);
   /// What must be seen of the frame for the outline too.
   Rect outline_region(const Scope& scope) const;
-  /// A stage's estimate with what the outline says counted in.
-  template <typename Stage>
-  Estimate with_outline(const OutlineEstimate& outline, const Stage& stage);
-  /// Iterated on, on the view that it comes from.
-  Estimate resumed(const Estimate& estimate);
+  /// Iterated on, on the view that it comes from, with what the outline says.
+  Estimate resumed(const Estimate& estimate, const OutlineEstimate& outline);
   /// How far it is from where its motion leads: object radii and radians.
   double stray(const Pose& T_camera_object) const;
   /// Whether the outline alone is enough to go by for a while.
   bool suffices(const OutlineEstimate& outline) const;
-  /// What outline and texture say of each other: by how much the outline's covariance is too small.
+  /// What texture says of the outline where they agree on a pose.
   void compare_outline(const Estimate& both, const OutlineEstimate& outline);
-  /// What is known of the last pose, carried on to where the object has come to since.
-  void carry_spread(const Pose& T_to);
   /// The pose that the outline leads to, turned as was expected where the outline does not show it.
   Pose without_hidden_turns(const OutlineEstimate& outline) const;
   /// The pose that the outline leads to; lost where it does not show how the object is turned.
@@ -254,17 +248,11 @@ struct Tracker::Impl {
   std::vector<LitPatch> patches_;            ///< of the last frame held
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
   bool textured_ = false;
-  bool has_appearance_ = true;                   ///< of the mesh, or given since
-  bool by_outline_ = false;                      ///< nothing but the outline to go by
-  bool last_by_outline_ = false;                 ///< in the last frame
-  double usual_outline_ = 0;                     ///< score, running mean; 0: not known yet
-  double last_outline_score_ = -1;               ///< in the last frame
-  int since_learnt_ = 0;                         ///< frames in which its colours could have been learnt
-  int outline_misses_ = 0;                       ///< frames in a row without it
-  std::optional<OutlineEstimate> outline_said_;  ///< counts beside the rows
-  double outline_excess_ = kFirstExcess;         ///< of its covariance, over what it says of itself
-  Matrix6 spread_ = Matrix6::Zero();             ///< covariance of the last pose, conditioned, while texture is faint
-  Pose T_spread_ = Pose::Identity();             ///< that pose
+  bool has_appearance_ = true;    ///< of the mesh, or given since
+  bool by_outline_ = false;       ///< nothing but the outline to go by
+  bool last_by_outline_ = false;  ///< in the last frame
+  OutlineMemory outline_memory_;
+  CarriedSpread spread_;
   Look look_;
   Course course_;
   /// On the finest level, as this frame's coarse ones let expect: while no frame was held.

@@ -11,8 +11,6 @@ namespace {
 
 /// Score that is enough to be held on to, of itself and of the usual one, and to be found again.
 constexpr double kLeastScore = 0.4, kHeldShare = 0.65, kFoundShare = 0.7;
-/// Score taken for usual until it is known, and the weight of a new frame in it.
-constexpr double kOrdinaryScore = 0.85, kScoreMemory = 0.1;
 /// Farthest turn from where its motion leads that is believed, radians: silhouettes have look-alikes.
 constexpr double kFarthestTurn = 0.4;
 /// What makes a surface textured: share of its pixels with at least this gradient (a grey level in [0, 1] a pixel, all
@@ -65,21 +63,15 @@ bool Tracker::Impl::shows_texture_elsewhere(const Pose& T_camera_object) {
   return false;
 }
 
-double Tracker::Impl::expected_outline() const { return usual_outline_ > 0 ? usual_outline_ : kOrdinaryScore; }
-
 OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& hypotheses) {
   OutlineEstimate best;
   for (int i = 0; i < hypotheses.count; ++i) {
     const OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
     if (i == 0 || (next.solved && next.score > best.score)) best = next;
-    if (best.score > kUsualScore * expected_outline()) break;
+    if (outline_memory_.fits_as_usual(best.score)) break;
   }
   if (!best.solved) best.T_camera_object = hypotheses.poses[0];
   return best;
-}
-
-void Tracker::Impl::remember_outline_score() {
-  usual_outline_ = expected_outline() + kScoreMemory * (last_outline_score_ - expected_outline());
 }
 
 OutlineEstimate Tracker::Impl::first_outline(const MotionModel::Hypotheses& hypotheses) {
@@ -127,11 +119,12 @@ FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel:
     }
     report_outline(best, result);
     // What an occluder looks like is not to be learnt as the object's.
-    const bool as_usual = best.score > kUsualScore * expected_outline();
-    if (result.status == Status::held && as_usual) outline_.learn(best.T_camera_object, finest_);
+    if (result.status == Status::held && outline_memory_.fits_as_usual(best.score)) {
+      outline_.learn(best.T_camera_object, finest_);
+    }
     add_outline_effort();
     result.iterations = solved_systems_;
-    last_outline_score_ = best.score;
+    outline_memory_.note_score(best.score);
     last_by_outline_ = true;
     course_.T_last = best.T_camera_object;
   }
@@ -146,7 +139,8 @@ bool Tracker::Impl::is_expected(const OutlineEstimate& estimate) const {
 }
 
 bool Tracker::Impl::is_followed(const OutlineEstimate& estimate) const {
-  const double least = std::max(kLeastScore, (motion_.lost() ? kFoundShare : kHeldShare) * expected_outline());
+  const double share = motion_.lost() ? kFoundShare : kHeldShare;
+  const double least = std::max(kLeastScore, share * outline_memory_.expected_score());
   return estimate.solved && estimate.score >= least && is_expected(estimate);
 }
 
@@ -183,7 +177,7 @@ FrameResult Tracker::Impl::track_outline(const Frame& frame) {
   FrameResult result = follow_outline(frame, motion_.hypotheses(options_.predict_velocity, true));
   if (result.status == Status::held) {
     course_.visible_pixels = result.visible_pixels;
-    remember_outline_score();
+    outline_memory_.remember_score();
     motion_.advance(result.T_camera_object, true);
   } else {
     result.T_camera_object = motion_.supposed(options_.predict_velocity);

@@ -94,12 +94,13 @@ double Tracker::Impl::expectation_weight(const ConstraintSums& sums) const {
   return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / (deviation * deviation);
 }
 
-Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums) const {
-  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / outline_excess_ *
-         outline_said_->information;
+Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const {
+  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / outline_memory_.excess() *
+         outline.information;
 }
 
-ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D) const {
+ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D,
+                                               const OutlineEstimate* outline) const {
   if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
   // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
   const bool expected = expected_deviation_ > 0;
@@ -108,21 +109,22 @@ ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& 
   const double weight = expectation_weight(sums);
   sums.A += weight * Matrix6::Identity();
   sums.h += weight * conditioning().conditioned(log_se3(to_expected));
-  if (outline_said_) {
-    const Matrix6 said = outline_weight(sums);
+  if (outline) {
+    const Matrix6 said = outline_weight(sums, *outline);
     sums.A += said;
     sums.h += said * conditioning().conditioned(
-                         log_se3(D.inverse() * outline_said_->T_camera_object * view_.T_camera_object().inverse()));
+                         log_se3(D.inverse() * outline->T_camera_object * view_.T_camera_object().inverse()));
   }
   return sums;
 }
 
-Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion) {
+Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion,
+                                const OutlineEstimate* outline) {
   Estimate estimate;
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
-    const Solution solution = solve(with_expectation(estimate.sums, D), condition, kDamping);
+    const Solution solution = solve(with_expectation(estimate.sums, D, outline), condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
     estimate.last_step = solution.conditioned;
@@ -148,7 +150,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
   return estimate;
 }
 
-void Tracker::Impl::measure_spread(Estimate& estimate) {
+void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* outline) {
   const ConstraintSums& sums = estimate.sums;
   const Camera& level_camera = levels_[static_cast<std::size_t>(finest_drawn_)].camera;
   estimate.stretch =
@@ -165,8 +167,8 @@ void Tracker::Impl::measure_spread(Estimate& estimate) {
     return Matrix6(pose_covariance(sums.A, curvature, S, prior) + moved);
   };
   estimate.covariance = estimate.texture_covariance = covariance();
-  if (!outline_said_) return;
-  const Matrix6 said = outline_weight(sums);
+  if (!outline) return;
+  const Matrix6 said = outline_weight(sums, *outline);
   prior.scores += said * kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
   prior.weight += said;
   estimate.covariance = covariance();
@@ -216,7 +218,8 @@ Estimate Tracker::Impl::coarse_stage(const Pose& T_start, bool search, int coars
   return estimate;
 }
 
-Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion) {
+Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_level, double most_motion,
+                                   const OutlineEstimate* outline) {
   Estimate estimate;
   estimate.T_camera_object = T_start;
   const int finest = finest_;
@@ -238,12 +241,12 @@ Estimate Tracker::Impl::fine_stage(const Pose& T_start, int coarsest, int lit_le
     for (int level = top; level >= finest; --level) {
       // The tiles of the coarse stage's view lie where this view's do, up to a few pixels.
       photometry_.start_level(level, view_.planes(level).tiles, redraw > 0 ? -1 : level < top ? level + 1 : lit_level);
-      estimate = iterate(level, D, options_.iterations, most_motion);
+      estimate = iterate(level, D, options_.iterations, most_motion, outline);
       if (!estimate.solved) return estimate;
     }
     if (corner_motion(T_drawn, estimate.T_camera_object) < kRedrawPixels * (1 << finest)) break;
   }
-  measure_spread(estimate);
+  measure_spread(estimate, outline);
   return estimate;
 }
 
