@@ -254,6 +254,30 @@ Estimate Tracker::Impl::follow_fully(const Frame& frame, const MotionModel::Hypo
 }
 
 template <typename Frame>
+bool Tracker::Impl::follow_textured(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope,
+                                    bool search, Estimate& best, OutlineEstimate& outline) {
+  if (course_.faint && !motion_.lost()) {
+    return follow_faint(frame, hypotheses, scope, search, nullptr, best, outline);
+  }
+  // After a loss texture is looked for everywhere first: it alone may tell how the object is turned.
+  const Appearance before = appearance();
+  const Estimate searched = best = follow_fully(frame, hypotheses, scope, search);
+  if (is_good(searched)) {
+    if (course_.faint && outline_.colors_known()) best = beside_outline(searched, false, outline);
+    return false;
+  }
+  if (!course_.faint) {
+    if (!search || !outline_.colors_known() || motion_.lost()) return false;
+    // Texture that was little has been lost at once.
+    const Stopwatch watch(times_.upload);
+    image_.enqueue_upload(frame, outline_region(scope));
+    course_.faint = true;
+  }
+  restore(before);  // what fits nowhere does not tell how the object looks
+  return follow_faint(frame, hypotheses, scope, search, &searched, best, outline);
+}
+
+template <typename Frame>
 FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search) {
   times_ = {};
   solved_systems_ = 0;
@@ -274,19 +298,8 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       }
       if (options_.mode == Mode::paper) {
         best = track_once(hypotheses.poses[0]);
-      } else if (course_.faint) {
-        by_outline = follow_faint(frame, hypotheses, scope, search, best, outline);
       } else {
-        best = follow_fully(frame, hypotheses, scope, search);
-        // Texture that was little has been lost at once.
-        if (search && !is_good(best) && outline_.colors_known() && !motion_.lost()) {
-          {
-            const Stopwatch watch(times_.upload);
-            image_.enqueue_upload(frame, outline_region(scope));
-          }
-          course_.faint = true;
-          by_outline = follow_faint(frame, hypotheses, scope, search, best, outline);
-        }
+        by_outline = follow_textured(frame, hypotheses, scope, search, best, outline);
       }
     }
     last_ = best;

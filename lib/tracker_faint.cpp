@@ -24,7 +24,7 @@ constexpr int kLeastPixels = 1000;
 
 template <typename Frame>
 bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope,
-                                 bool search, Estimate& best, OutlineEstimate& outline) {
+                                 bool search, const Estimate* searched, Estimate& best, OutlineEstimate& outline) {
   const auto accept = [&](const Estimate& estimate) {
     best = estimate;
     remember_score(best);
@@ -36,17 +36,9 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
   };
   const bool known = outline_.colors_known();
   Estimate alone;
-  if (!motion_.lost() && !course_.fresh()) {
+  if (!searched && !motion_.lost() && !course_.fresh()) {
     alone = fine_stage(hypotheses.poses[0], finest_, -1);
-    if (fits_as_usual(alone)) {
-      if (!known) return accept(alone);
-      outline = outline_.estimate_nearby(alone.T_camera_object, finest_);
-      add_outline_effort();
-      if (!is_followed(outline)) return accept(alone);
-      const Estimate both = resumed(alone, outline);
-      compare_outline(both, outline);
-      return accept(is_good(both) ? both : alone);
-    }
+    if (fits_as_usual(alone)) return accept(known ? beside_outline(alone, true, outline) : alone);
   }
   if (known) {
     outline = outline_estimate(hypotheses);
@@ -62,12 +54,21 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
     // An outline may have look-alikes where texture has none.
     if (is_good(alone) && alone.score > both.score) return accept(alone);
     if (is_good(both)) return accept(both);
-    // After a loss texture is looked for everywhere first: it alone may tell how the object is turned.
     if (!motion_.lost() && suffices(outline)) return true;
   }
-  best = follow_fully(frame, hypotheses, scope, search);
+  best = searched ? *searched : follow_fully(frame, hypotheses, scope, search);
   // Not enough to be held by, but a better guess than none.
   return is_followed(outline) && !is_good(best) && !is_promising(best);
+}
+
+Estimate Tracker::Impl::beside_outline(const Estimate& alone, bool drawn, OutlineEstimate& outline) {
+  outline = outline_.estimate_nearby(alone.T_camera_object, finest_);
+  add_outline_effort();
+  if (!is_followed(outline)) return alone;
+  const Estimate both =
+      drawn ? resumed(alone, outline) : fine_stage(alone.T_camera_object, finest_, -1, kAnyMotion, &outline);
+  compare_outline(both, outline);
+  return is_good(both) ? both : alone;
 }
 
 Rect Tracker::Impl::outline_region(const Scope& scope) const {
@@ -154,8 +155,10 @@ void Tracker::Impl::note_outline_of_textured(const FrameResult& result) {
 }
 
 template bool Tracker::Impl::follow_faint(const ImageView& frame, const MotionModel::Hypotheses& hypotheses,
-                                          const Scope& scope, bool search, Estimate& best, OutlineEstimate& outline);
+                                          const Scope& scope, bool search, const Estimate* searched, Estimate& best,
+                                          OutlineEstimate& outline);
 template bool Tracker::Impl::follow_faint(const DeviceImageView& frame, const MotionModel::Hypotheses& hypotheses,
-                                          const Scope& scope, bool search, Estimate& best, OutlineEstimate& outline);
+                                          const Scope& scope, bool search, const Estimate* searched, Estimate& best,
+                                          OutlineEstimate& outline);
 
 }  // namespace holdfast

@@ -88,6 +88,10 @@ struct Tracker::Impl {
     bool coarse() const { return coarsest > finest; }
   };
   Scope scope(const MotionModel::Hypotheses& hypotheses, bool search) const;
+  /// By texture, and by the outline where that is faint, or was and has vanished. Returns as follow_faint().
+  template <typename Frame>
+  bool follow_textured(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search,
+                       Estimate& best, OutlineEstimate& outline);
   /// Coarse to fine from every hypothesis that it takes, challenges, and the search for what is lost.
   template <typename Frame>
   Estimate follow_fully(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search);
@@ -203,10 +207,14 @@ struct Tracker::Impl {
   void add_outline_effort();
 
   /// Where texture says too little of the pose: by texture and outline together (tracker_faint.cpp). Whether `outline`
-  /// is all there is to go by; otherwise `best` is the answer, by both or, where the outline is lost, by texture.
+  /// is all there is to go by; otherwise `best` is the answer, by both or, where the outline is lost, by texture:
+  /// `searched`, where follow_fully() has been tried already.
   template <typename Frame>
   bool follow_faint(const Frame& frame, const MotionModel::Hypotheses& hypotheses, const Scope& scope, bool search,
-                    Estimate& best, OutlineEstimate& outline);
+                    const Estimate* searched, Estimate& best, OutlineEstimate& outline);
+  /// A good estimate by texture with what the outline around it says, if it is there. Whether the view it comes from is
+  /// the one `drawn`.
+  Estimate beside_outline(const Estimate& alone, bool drawn, OutlineEstimate& outline);
   /// What must be seen of the frame for the outline too.
   Rect outline_region(const Scope& scope) const;
   /// Iterated on, on the view that it comes from, with what the outline says.
