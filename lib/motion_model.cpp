@@ -116,6 +116,7 @@ MotionModel::Hypotheses MotionModel::hypotheses(bool velocity, bool all) const {
     if (velocity && moving_) add(T_gone_on);
     add(turned(T_, lost_frames_));
     if (velocity && moving_) add(turned(T_gone_on, lost_frames_));
+    result.turned = velocity && moving_ ? 2 : 1;
     return result;
   }
   if (velocity && moving_) add(gone_on(expected_, 1));

@@ -15,6 +15,7 @@ class MotionModel {
   struct Hypotheses {
     std::array<Pose, 5> poses;
     int count = 0;
+    int turned = 0;  ///< of these, the last ones
   };
 
   /// Without `accelerating` velocity is always taken to be constant.

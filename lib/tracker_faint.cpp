@@ -41,7 +41,10 @@ bool Tracker::Impl::follow_faint(const Frame& frame, const MotionModel::Hypothes
     if (fits_as_usual(alone)) return accept(known ? beside_outline(alone, true, outline) : alone);
   }
   if (known) {
-    outline = outline_estimate(hypotheses);
+    // Started turned, it would hardly come to where it is believed.
+    MotionModel::Hypotheses straight = hypotheses;
+    straight.count -= hypotheses.turned;
+    outline = outline_estimate(straight);
   } else if (course_.visible_pixels <= 0) {
     outline = first_outline(hypotheses);
   }
