@@ -11,6 +11,8 @@ namespace {
 
 /// Score taken for usual until it is known, and the weight of a new frame in it.
 constexpr double kOrdinaryScore = 0.85, kScoreMemory = 0.1;
+/// Standard deviations, and score, that an unusually low one lacks.
+constexpr double kLow = 2, kLeastLow = 0.05;
 /// How fast what the covariance lacks follows what each frame says of it, how much that is at most, and between which
 /// factors it stays.
 constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
@@ -27,9 +29,19 @@ double OutlineMemory::expected_score() const { return usual_score_ > 0 ? usual_s
 
 bool OutlineMemory::fits_as_usual(double score) const { return score > kUsualScore * expected_score(); }
 
-void OutlineMemory::remember_score() {
+bool OutlineMemory::unusually_low(double score) const {
+  return score < expected_score() - std::max(kLeastLow, kLow * std::sqrt(score_variance_));
+}
+
+void OutlineMemory::remember_score(bool first_are_sure) {
   if (last_score_ < 0) return;
-  usual_score_ = expected_score() + kScoreMemory * (last_score_ - expected_score());
+  const double off = last_score_ - expected_score();
+  // Something in front of it must not become usual.
+  const double square = std::min(off * off, kLow * kLow * score_variance_);
+  score_variance_ += kScoreMemory * (square - score_variance_);
+  ++scores_;
+  const double weight = first_are_sure ? 1.0 / (1 + scores_) : 0;
+  usual_score_ = expected_score() + std::max(kScoreMemory, weight) * off;
 }
 
 void OutlineMemory::compare(const OutlineEstimate& outline, const Pose& T_both, const Matrix6& texture_covariance) {
@@ -49,7 +61,7 @@ bool OutlineMemory::mistrusts(bool texture_in_sight) {
 }
 
 bool OutlineMemory::learns(bool known, bool faint, bool texture_in_sight) {
-  if (!known) usual_score_ = 0;
+  if (!known) usual_score_ = scores_ = 0;
   // What an occluder looks like is not to be learnt as the object's.
   const bool hidden = known && faint ? !fits_as_usual(last_score_) : !texture_in_sight;
   if (hidden || (known && !faint && ++since_learnt_ < kLearnEvery)) return false;

@@ -13,11 +13,13 @@ class OutlineMemory {
   /// Score to live up to.
   double expected_score() const;
   bool fits_as_usual(double score) const;
+  /// Whether it is lower than scores scatter.
+  bool unusually_low(double score) const;
   double last_score() const { return last_score_; }
   /// Of this frame; negative where it was not looked for.
   void note_score(double score) { last_score_ = score; }
-  /// The last score is of a frame that was held.
-  void remember_score();
+  /// The last score is of a frame that was held. The first ones weigh more where they are surely the object's.
+  void remember_score(bool first_are_sure = false);
 
   /// Beside texture its covariance turns out too small, by this factor (equation 32 of docs/math.md).
   double excess() const { return excess_; }
@@ -38,8 +40,12 @@ class OutlineMemory {
  private:
   /// Of what its covariance lacks, until texture has told.
   static constexpr double kFirstExcess = 8;
+  /// Of scores, until they are known.
+  static constexpr double kFirstScatter = 0.05;
 
-  double usual_score_ = 0;  ///< running mean; 0: not known yet
+  double usual_score_ = 0;                                 ///< running mean; 0: not known yet
+  double score_variance_ = kFirstScatter * kFirstScatter;  ///< about it, likewise
+  int scores_ = 0;                                         ///< that these are of
   double last_score_ = -1;
   double excess_ = kFirstExcess;
   int since_learnt_ = 0;  ///< frames in which its colours could have been learnt

@@ -23,8 +23,8 @@ constexpr int kSolutions = 2;
 constexpr double kConverged = 0.02;
 /// A silhouette is drawn anew when it has moved by more than this many pixels of the level since.
 constexpr double kRedraw = 0.25;
-/// The start's own uncertainty, object radii and radians, which weighs against lines of which so many count as one:
-/// what the outline leaves free stays as it is.
+/// The uncertainty of the view drawn, object radii and radians, which weighs against lines of which so many count as
+/// one: what the outline leaves free stays as it is.
 constexpr double kFreeDeviation = 0.08, kLinesPerObservation = 20;
 /// Of the covariance: lines whose errors are alike, and what blur, light and colours may move all edges by at once,
 /// pixels.
@@ -83,7 +83,18 @@ int OutlineStage::coarsest(const Pose& T_camera_object, int finest) const {
   return level;
 }
 
-bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineSearch& search) {
+ConstraintSums OutlineStage::with_expectation(ConstraintSums sums, const Expectation& expected) const {
+  const bool free = expected.deviation <= 0;
+  const double deviation = free ? kFreeDeviation : expected.deviation;
+  const double weight = std::max(1.0, sums.rows) / (kLinesPerObservation * deviation * deviation);
+  const Pose to_expected = D_.inverse() * (free ? Pose::Identity() : expected.T_camera_object * T_drawn_.inverse());
+  sums.A += weight * Matrix6::Identity();
+  sums.h += weight * conditioning().conditioned(log_se3(to_expected));
+  return sums;
+}
+
+bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineSearch& search,
+                            const Expectation& expected) {
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const auto motion = [&](const Pose& from, const Pose& to) {
     return corner_motion(extent_, camera, from * T_drawn_, to * T_drawn_);
@@ -98,11 +109,7 @@ bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineS
   const Stopwatch watch(effort_.solve_ms);
   for (int i = 0; i < kSolutions; ++i) {
     estimate.sums = constraints_.evaluate(image_, D_, conditioning(), search);
-    ConstraintSums sums = estimate.sums;
-    const double weight = std::max(1.0, sums.rows) / (kLinesPerObservation * kFreeDeviation * kFreeDeviation);
-    sums.A += weight * Matrix6::Identity();
-    sums.h += weight * conditioning().conditioned(log_se3(D_.inverse()));
-    const Solution solution = solve(sums, conditioning(), 0);
+    const Solution solution = solve(with_expectation(estimate.sums, expected), conditioning(), 0);
     ++effort_.solved_systems;
     estimate.solved = solution.solved;
     if (!solution.solved) return false;
@@ -148,21 +155,23 @@ void OutlineStage::forget_hidden_turns(OutlineEstimate& estimate) {
   }
 }
 
-void OutlineStage::conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches) {
+void OutlineStage::conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches,
+                            const Expectation& expected) {
   for (const OutlineSearch& search : searches) {
-    if (!approach(estimate, level, search)) return;
+    if (!approach(estimate, level, search, expected)) return;
   }
   measure(estimate, searches.back());
 }
 
-OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest) {
+OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest, double deviation) {
+  const Expectation expected{T_start, deviation};
   OutlineEstimate estimate;
   estimate.T_camera_object = T_start;
   level_drawn_ = -1;
   for (int level = coarsest(T_start, finest); level > finest; --level) {
-    if (!approach(estimate, level, kCoarse)) return estimate;
+    if (!approach(estimate, level, kCoarse, expected)) return estimate;
   }
-  conclude(estimate, finest, kOnFinest);
+  conclude(estimate, finest, kOnFinest, expected);
   return estimate;
 }
 
@@ -170,7 +179,7 @@ OutlineEstimate OutlineStage::estimate_nearby(const Pose& T_start, int finest) {
   OutlineEstimate estimate;
   estimate.T_camera_object = T_start;
   level_drawn_ = -1;
-  conclude(estimate, finest, kNearby);
+  conclude(estimate, finest, kNearby, {});
   return estimate;
 }
 

@@ -52,8 +52,9 @@ class OutlineStage {
   /// Learns the colours on both sides of the outline at this pose; little by little once they are known.
   void learn(const Pose& T_camera_object, int finest);
 
-  /// Nowhere solved where the object is out of view or too little of its outline is seen.
-  OutlineEstimate estimate(const Pose& T_start, int finest);
+  /// Nowhere solved where the object is out of view or too little of its outline is seen. `deviation`: how far from the
+  /// start the object may be (object radii and radians, standard deviation); 0: as far as its outline leads.
+  OutlineEstimate estimate(const Pose& T_start, int finest, double deviation = 0);
 
   /// The same from within about a pixel.
   OutlineEstimate estimate_nearby(const Pose& T_start, int finest);
@@ -67,18 +68,26 @@ class OutlineStage {
   void classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes);
 
  private:
+  struct Expectation {
+    Pose T_camera_object = Pose::Identity();
+    double deviation = 0;  ///< object radii and radians; 0: nothing is expected
+  };
+
   bool draw(const Pose& T_camera_object, int level);
   Conditioning conditioning() const { return {T_drawn_ * extent_.p_object_center, extent_.radius}; }
   /// Pixels of the frame inside the silhouette drawn last.
   int visible_pixels() const;
   int coarsest(const Pose& T_camera_object, int finest) const;
   /// Some solutions on a level; draws anew where the outline has moved since.
-  bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search);
+  bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search, const Expectation& expected);
+  /// The lines' sums with what is expected of the pose counted in.
+  ConstraintSums with_expectation(ConstraintSums sums, const Expectation& expected) const;
   void measure(OutlineEstimate& estimate, const OutlineSearch& search);
   /// Takes from the information what it says of turns that hardly show.
   static void forget_hidden_turns(OutlineEstimate& estimate);
   /// One search after the other on a level, then what the outline says there.
-  void conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches);
+  void conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches,
+                const Expectation& expected);
 
   const std::vector<Level>& levels_;
   Extent extent_;

@@ -324,6 +324,17 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   return result;
 }
 
+double Tracker::Impl::stray(const Pose& T_camera_object) const {
+  const Conditioning at_object{T_camera_object * p_object_center_, radius_};
+  return at_object.conditioned(log_se3(T_camera_object * motion_.predicted().inverse())).norm();
+}
+
+void Tracker::Impl::note_stray(const Pose& T_camera_object) {
+  if (!motion_.moving() || motion_.lost()) return;
+  const double strayed = stray(T_camera_object);
+  course_.usual_stray_squared += kScoreMemory * (strayed * strayed - course_.usual_stray_squared);
+}
+
 bool Tracker::Impl::goes_on(const Pose& T_from, const Pose& T_to, double turn) const {
   const Pose motion = T_to * T_from.inverse();
   const Eigen::Vector3d p_from = T_from * p_object_center_;
@@ -390,10 +401,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
-  if (result.status == Status::held && motion_.moving() && !motion_.lost()) {
-    const double strayed = stray(result.T_camera_object);
-    course_.usual_stray_squared += kScoreMemory * (strayed * strayed - course_.usual_stray_squared);
-  }
+  if (result.status == Status::held) note_stray(result.T_camera_object);
   if (result.status == Status::held && result.by_outline) {
     {
       const Stopwatch watch(times_.total);

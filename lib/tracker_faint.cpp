@@ -86,11 +86,6 @@ Estimate Tracker::Impl::resumed(const Estimate& estimate, const OutlineEstimate&
   return result;
 }
 
-double Tracker::Impl::stray(const Pose& T_camera_object) const {
-  const Conditioning at_object{T_camera_object * p_object_center_, radius_};
-  return at_object.conditioned(log_se3(T_camera_object * motion_.predicted().inverse())).norm();
-}
-
 bool Tracker::Impl::suffices(const OutlineEstimate& outline) const {
   if (outline.visible_pixels < kLeastPixels) return false;
   if (motion_.lost()) return outline.score >= kFoundAlone * outline_memory_.expected_score();

@@ -19,6 +19,10 @@ constexpr double kTexturedShare = 0.02, kTexturedGradient = 0.045;
 constexpr int kLeastTexturePixels = 100;
 /// Pixels that the object is wide at most where that is counted: from nearby any print has soft edges.
 constexpr int kTextureSide = 256;
+/// How far from where its motion leads an outline that is hard to see is looked for: of how far the object usually
+/// strays, and object radii and radians; and its score, of the one without that bound.
+constexpr double kStrays = 3, kLeastStray = 0.015, kMostStray = 0.08;
+constexpr double kHardlyWorse = 0.9;
 /// Share of the outline that may be hidden without a word.
 constexpr double kMuchHidden = 0.25;
 /// How often colours are learnt anew from a first pose, which may be off, or a frame behind.
@@ -66,12 +70,22 @@ bool Tracker::Impl::shows_texture_elsewhere(const Pose& T_camera_object) {
 OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& hypotheses) {
   OutlineEstimate best;
   for (int i = 0; i < hypotheses.count; ++i) {
-    const OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
+    OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
+    if (i == 0 && by_outline_) next = steadied(next, hypotheses.poses[0]);
     if (i == 0 || (next.solved && next.score > best.score)) best = next;
     if (outline_memory_.fits_as_usual(best.score)) break;
   }
   if (!best.solved) best.T_camera_object = hypotheses.poses[0];
   return best;
+}
+
+OutlineEstimate Tracker::Impl::steadied(const OutlineEstimate& estimate, const Pose& T_start) {
+  const bool doubtful = estimate.solved && outline_memory_.unusually_low(estimate.score);
+  if (!doubtful || !motion_.moving() || motion_.lost()) return estimate;
+  const double stray = kStrays * std::sqrt(course_.usual_stray_squared);
+  const OutlineEstimate steady = outline_.estimate(T_start, finest_, std::clamp(stray, kLeastStray, kMostStray));
+  const double least = std::max(kHeldShare * outline_memory_.expected_score(), kHardlyWorse * estimate.score);
+  return steady.solved && steady.score > least ? steady : estimate;
 }
 
 OutlineEstimate Tracker::Impl::first_outline(const MotionModel::Hypotheses& hypotheses) {
@@ -177,7 +191,8 @@ FrameResult Tracker::Impl::track_outline(const Frame& frame) {
   FrameResult result = follow_outline(frame, motion_.hypotheses(options_.predict_velocity, true));
   if (result.status == Status::held) {
     course_.visible_pixels = result.visible_pixels;
-    outline_memory_.remember_score();
+    outline_memory_.remember_score(true);
+    note_stray(result.T_camera_object);
     motion_.advance(result.T_camera_object, true);
   } else {
     result.T_camera_object = motion_.supposed(options_.predict_velocity);

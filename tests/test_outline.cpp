@@ -194,6 +194,24 @@ TEST_CASE("a bar that sweeps across: held or lost, hardly ever held elsewhere") 
   CHECK(wrong <= 3);
 }
 
+TEST_CASE("a bar's edge beside the outline does not lead it away from where the object moves") {
+  int wrong = 0;
+  for (const std::uint64_t seed : {61, 64, 65, 67}) {
+    CAPTURE(seed);
+    SequenceOptions options = moderate_motion(60, seed);
+    options.occluders = {simulation::OccluderOptions{}};
+    const Sequence sequence(painted_wedge(), options);
+    Tracker tracker(shape_of(painted_wedge()), sequence.camera());
+    const Followed followed = follow(tracker, sequence);
+    CHECK(followed.held() >= 48);
+    for (std::size_t i = 0; i < followed.results.size(); ++i) {
+      wrong += followed.results[i].status == Status::held &&
+               (followed.errors[i].degrees > 5 || followed.errors[i].millimetres > 20);
+    }
+  }
+  CHECK(wrong <= 2);
+}
+
 TEST_CASE("grey frames") {
   SequenceOptions options = moderate_motion(20, 61);
   Mesh mesh = painted_wedge();

@@ -55,6 +55,31 @@ TEST_CASE("the usual score follows the frames that were held; one that was not l
   CHECK(memory.expected_score() == ordinary);
 }
 
+TEST_CASE("where the first scores are surely the object's, they are usual at once") {
+  OutlineMemory memory;
+  memory.note_score(0.55);
+  for (int i = 0; i < 3; ++i) memory.remember_score(true);
+  CHECK(memory.expected_score() < 0.63);
+  for (int i = 0; i < 100; ++i) memory.remember_score(true);
+  memory.note_score(0.75);
+  memory.remember_score(true);
+  CHECK(memory.expected_score() == doctest::Approx(0.57).epsilon(0.01));
+}
+
+TEST_CASE("a score is unusually low by how scores scatter, and something in front does not become usual") {
+  OutlineMemory steady, scattering;
+  for (int i = 0; i < 100; ++i) {
+    see(steady, i % 2 == 0 ? 0.91 : 0.89);
+    see(scattering, i % 2 == 0 ? 1.0 : 0.8);
+  }
+  CHECK(!steady.unusually_low(0.86));
+  CHECK(steady.unusually_low(0.84));
+  CHECK(!scattering.unusually_low(0.75));
+  CHECK(scattering.unusually_low(0.6));
+  see(steady, 0.6, 3);
+  CHECK(steady.unusually_low(0.7));
+}
+
 TEST_CASE("an outline that is off by more than it says is trusted less, down to what explains it, within bounds") {
   const double first = OutlineMemory().excess();
   CHECK(excess_after(4) == doctest::Approx(16).epsilon(0.02));
