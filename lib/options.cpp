@@ -46,7 +46,7 @@ TrackerOptions TrackerOptions::fast() {
   options.mode = Mode::fast;
   options.lens_blur = false;  // seen at half the resolution it matters little
   options.texture_samples = 1;
-  options.mesh_deviation = 0.15;
+  options.mesh_deviation = 0.1;
   options.most_pixels = 16000;
   options.enough_pixels = 2000;
   options.faint_deviation = 0.04;

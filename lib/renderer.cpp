@@ -56,6 +56,8 @@ struct LightTexture {
 
 constexpr int kSmallestClass = 64;  // pixels
 constexpr double kMostLensBlur = 4;
+/// Deviation allowed of what only silhouettes are drawn of, in that of views: their places average over many pixels.
+constexpr double kOfSilhouettes = 2;
 /// Square pixels that a sharp pixel's samples are spread by: a quarter pixel off the centre, of texels of half a pixel
 /// with linear interpolation between them.
 constexpr double kSharpVariance = 0.125;
@@ -137,8 +139,8 @@ struct Renderer::Impl {
   void warm_up();
   void check_errors(const char* action) const;
   Appearance appearance(std::size_t material) const;
-  /// The coarsest whose deviation is allowed where a pixel is so many metres.
-  const Geometry& level_of(const std::vector<Geometry>& levels, double pixel) const;
+  /// The coarsest that deviates by so many metres at most.
+  static const Geometry& level_of(const std::vector<Geometry>& levels, double deviation);
   void draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const;
   void draw_depth(const Eigen::Matrix4f& clip_from_object, double pixel) const;
   void draw_triangles(const Batch& batch) const;
@@ -485,15 +487,15 @@ Appearance Renderer::Impl::appearance(std::size_t material) const {
   return has_colors ? Appearance::vertex_colored : Appearance::unknown;
 }
 
-const Geometry& Renderer::Impl::level_of(const std::vector<Geometry>& levels, double pixel) const {
+const Geometry& Renderer::Impl::level_of(const std::vector<Geometry>& levels, double deviation) {
   std::size_t level = 0;
-  while (level + 1 < levels.size() && levels[level + 1].deviation <= deviation_pixels * pixel) ++level;
+  while (level + 1 < levels.size() && levels[level + 1].deviation <= deviation) ++level;
   return levels[level];
 }
 
 void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const {
   gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  const Geometry& geometry = level_of(geometries, pixel);
+  const Geometry& geometry = level_of(geometries, deviation_pixels * pixel);
   gl.bind_vertex_array(geometry.vertex_array);
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
   const bool shaded = !shading.isZero();
@@ -517,7 +519,8 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
 
 void Renderer::Impl::draw_depth(const Eigen::Matrix4f& clip_from_object, double pixel) const {
   gl.clear(GL_DEPTH_BUFFER_BIT);
-  const Geometry& geometry = level_of(shapes.empty() ? geometries : shapes, pixel);
+  const Geometry& geometry = shapes.empty() ? level_of(geometries, deviation_pixels * pixel)
+                                            : level_of(shapes, kOfSilhouettes * deviation_pixels * pixel);
   gl.bind_vertex_array(geometry.vertex_array);
   const Program& program = programs[static_cast<std::size_t>(Appearance::unknown)];
   gl.use_program(program.name);

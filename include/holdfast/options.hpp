@@ -39,7 +39,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   int finest_level = 0;            ///< 0: full resolution; 1: half
   int texture_samples = 4;         ///< of the rendered view, a pixel: 1, or 4 averaged as light
   double mesh_deviation =
-      0.1;                   ///< pixels that a mesh of fewer triangles may be off, texture twice; 0: none are left out
+      0.05;                  ///< pixels that a mesh of fewer triangles may be off, texture twice; 0: none are left out
   int most_pixels = 100000;  ///< an object of more is tracked at half the resolution (quarter, ...)
   int enough_pixels = 8000;  ///< with a gradient; where more are seen, every second to fourth row is looked at
   int iterations = 5;        ///< most solved systems a level

@@ -37,7 +37,7 @@ struct RendererOptions {
   /// pixels (root of the mean square where it is worst); 0: with all of them.
   double deviation_pixels = 0;
   bool lit = false;  ///< set_shading() is going to be used: shaders for it are made at once, not at its first use
-  bool silhouettes = false;   ///< depth alone is going to be asked for often: a coarser mesh serves it
+  bool silhouettes = false;   ///< depth alone is going to be asked for: drawn of the shape, at twice the deviation
   bool light_texels = false;  ///< set_light_texels() is going to be used: textures for it are made too
 };
 
