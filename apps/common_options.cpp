@@ -217,7 +217,7 @@ void TrackerArguments::add_to(CLI::App& app) {
       "Of the rendered view, a pixel: 1, or 4 averaged as light");
   add(
       app, "--mesh-deviation", [](O& o) -> double& { return o.mesh_deviation; },
-      "Pixels that a mesh drawn with fewer triangles may be off; 0: all are drawn");
+      "Pixels that a mesh drawn with fewer triangles may be off, its texture twice; 0: all are drawn");
   add(
       app, "--most-pixels", [](O& o) -> int& { return o.most_pixels; },
       "An object of more is tracked at half the resolution");
