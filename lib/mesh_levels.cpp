@@ -22,15 +22,14 @@ constexpr double kMostDeviation = 0.02;
 constexpr double kTextureWeight = 0.5;
 /// Least cosine between a triangle's normals before and after a step.
 constexpr double kLeastCosine = 0.5;
+/// How strongly a vertex is held where it was in directions in which it may slide at no cost.
+constexpr double kHeld = 1e-4;
 
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Triangle = std::array<std::uint32_t, 3>;
-
-/// How strongly a vertex is held where it was in directions in which it may slide at no cost.
-constexpr double kHeld = 1e-4;
 
 /// Area-weighted sum of squared distances, of surface and of texture (as metres on the surface), from faces' planes;
 /// of points given by where they are (metres), where their texture is, 1.
@@ -43,7 +42,7 @@ struct Quadric {
     area += other.area;
   }
   double mean_square(const Vector6& x) const { return area > 0 ? std::max(0.0, x.dot(Q * x)) / area : 0; }
-  /// The point of least distance that `normal` finds at this `height`, near x.
+  /// Of the points at this `height` along `normal` (metres; a zero normal: of all) the one of least distance, near x.
   Vector6 best_near(const Vector6& x, const Eigen::Vector3d& normal, double height) const {
     const double held = kHeld * Q.topLeftCorner<5, 5>().trace();
     if (!(held > 0)) return x;
@@ -122,7 +121,7 @@ class Simplification {
 };
 
 Simplification::Simplification(const Mesh& mesh, bool by_texture)
-    : center_(mesh.center().cast<double>()),
+    : center_(mesh.center()),
       positions_(mesh.positions.size()),
       texture_(mesh.positions.size(), Eigen::Vector2d::Zero()),
       triangles_(mesh.triangles),

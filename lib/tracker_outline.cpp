@@ -82,8 +82,8 @@ OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& h
 OutlineEstimate Tracker::Impl::steadied(const OutlineEstimate& estimate, const Pose& T_start) {
   const bool doubtful = estimate.solved && outline_memory_.unusually_low(estimate.score);
   if (!doubtful || !motion_.moving() || motion_.lost()) return estimate;
-  const double stray = kStrays * std::sqrt(course_.usual_stray_squared);
-  const OutlineEstimate steady = outline_.estimate(T_start, finest_, std::clamp(stray, kLeastStray, kMostStray));
+  const double deviation = kStrays * std::sqrt(course_.usual_stray_squared);
+  const OutlineEstimate steady = outline_.estimate(T_start, finest_, std::clamp(deviation, kLeastStray, kMostStray));
   const double least = std::max(kHeldShare * outline_memory_.expected_score(), kHardlyWorse * estimate.score);
   return steady.solved && steady.score > least ? steady : estimate;
 }
