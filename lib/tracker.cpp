@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "holdfast/error.hpp"
 #include "stopwatch.hpp"
@@ -232,9 +233,12 @@ Estimate Tracker::Impl::follow_fully(const Frame& frame, const MotionModel::Hypo
   bool elsewhere = false;
   if (options_.recovery && search && !is_good(best)) {
     const Rect whole = image_.region({0, 0, camera_.width, camera_.height});
-    if (!motion_.lost()) {
+    // Not only in the first frame of a loss: it may be the outline that was lost then.
+    if (!std::exchange(course_.searching, true)) {
       keyframes_.plan(motion_.pose());
       last_places_.clear();
+    }
+    if (!motion_.lost()) {
       const Stopwatch watch(times_.upload);
       image_.enqueue_upload(frame, whole);
     }
@@ -401,7 +405,10 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
-  if (result.status == Status::held) note_stray(result.T_camera_object);
+  if (result.status == Status::held) {
+    note_stray(result.T_camera_object);
+    course_.searching = false;
+  }
   if (result.status == Status::held && result.by_outline) {
     {
       const Stopwatch watch(times_.total);

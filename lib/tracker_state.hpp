@@ -89,6 +89,7 @@ struct Course {
   double usual_gain = 1;           ///< of the frame over the texture, running mean
   Pose T_last = Pose::Identity();  ///< the last frame's estimate, whether or not it was believed
   bool last_promising = false;     ///< likewise
+  bool searching = false;          ///< over the whole picture, since it was lost
   bool faint = false;              ///< the texture seen then left the pose unsure: the outline is asked too
   int probable_frames = 0;         ///< how often in a row, up to there, something that went on was probably the object
 

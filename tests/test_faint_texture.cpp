@@ -242,6 +242,21 @@ TEST_CASE("a can whose print is out of view: lost when its turn is no longer kno
   CHECK(frames.back().error.millimetres < 2);
 }
 
+TEST_CASE("a can that turns all the way round: lost by its outline, and found again by the print it started with") {
+  constexpr int kFrames = 120;
+  SequenceOptions options = seen_turning(kFrames, 0);
+  for (int i = 0; i < kFrames; ++i) {
+    Pose& pose = options.motion.T_camera_object[static_cast<std::size_t>(i)];
+    pose.linear() = pose.linear() * Eigen::AngleAxisd(2 * M_PI * i / (kFrames - 10), Eigen::Vector3d::UnitY());
+  }
+  const Sequence sequence(labelled_can(), options);
+  const std::vector<Frame> frames = follow(labelled_can(), sequence);
+  CHECK(std::count_if(frames.begin(), frames.end(), [](const Frame& frame) { return !frame.held(); }) > 20);
+  CHECK(frames.back().held());
+  CHECK(frames.back().error.millimetres < 2);
+  CHECK(frames.back().error.degrees < 2);
+}
+
 TEST_CASE("where texture tells enough the outline changes nothing") {
   const Sequence sequence(test::box(), test::paper_camera(12, 3, 17));
   Tracker with(test::box(), sequence.camera()), without(test::box(), sequence.camera(), texture_alone());
