@@ -21,7 +21,7 @@ constexpr int kLearnEvery = 4;
 /// Frames after which colours are of other surroundings.
 constexpr int kForgottenAfter = 30;
 /// Frames in a row in which texture is seen as usual and the outline is not, after which its colours are learnt anew.
-constexpr int kMostMisses = 5;
+constexpr int kMostMisses = 3;
 
 }  // namespace
 

@@ -140,7 +140,7 @@ TEST_CASE("the usual score belongs to colours: with them it is forgotten") {
   CHECK(memory.expected_score() == ordinary);
 }
 
-TEST_CASE("colours that the outline is not found by, in five frames in a row with texture in sight, are wrong") {
+TEST_CASE("colours that the outline is not found by, in three frames in a row with texture in sight, are wrong") {
   OutlineMemory memory;
   const auto misses = [&](int count) {
     for (int i = 0; i < count; ++i) {
@@ -148,19 +148,19 @@ TEST_CASE("colours that the outline is not found by, in five frames in a row wit
       CHECK(!memory.mistrusts(true));
     }
   };
-  misses(4);
+  misses(2);
   CHECK(memory.mistrusts(true));
 
   memory.clear();
-  misses(4);
+  misses(2);
   memory.note_score(0.85);
   CHECK(!memory.mistrusts(true));  // found
-  misses(4);
+  misses(2);
   memory.note_score(0.3);
   CHECK(!memory.mistrusts(false));  // both hidden
-  misses(4);
+  misses(2);
   CHECK(memory.learns(false, true, true));  // anew
-  misses(4);
+  misses(2);
 }
 
 TEST_CASE("colours not needed for thirty frames are of other surroundings") {
@@ -185,6 +185,8 @@ TEST_CASE("what is known of a pose turns with the object and fades, faster where
   spread.carry(T_turned, true);
   Twist expected;
   expected << 4e-4, 1e-4, 9e-4, 4e-6, 1e-6, 9e-6;
+  // The pose is off by so much, and its motion from a pose that was not.
+  expected = 4 * expected;
   expected.array() += 1e-4;
   CHECK(spread.covariance().diagonal().isApprox(expected, 1e-9));
   // Turned by no more since.
@@ -195,6 +197,23 @@ TEST_CASE("what is known of a pose turns with the object and fades, faster where
 
   spread.clear();
   CHECK(!spread.known());
+}
+
+TEST_CASE("what the last two poses were off by goes on as the object goes on") {
+  constexpr double kBefore = 4e-6, kLast = 1e-6, kDrift = 1e-4;
+  CarriedSpread spread;
+  spread.set(Pose::Identity(), kBefore * Matrix6::Identity());
+  spread.set(Pose::Identity(), kLast * Matrix6::Identity());
+  for (int k = 1; k < 5; ++k) {
+    spread.carry(Pose::Identity(), true);
+    const double expected = (1 + k) * (1 + k) * kLast + k * k * kBefore + k * kDrift;
+    CHECK(spread.covariance().isApprox(expected * Matrix6::Identity(), 1e-9));
+  }
+  // What shows the pose shows the motion, too.
+  const double unsure = spread.covariance()(0, 0);
+  spread.add(1e9 * Matrix6::Identity());
+  spread.carry(Pose::Identity(), true);
+  CHECK(spread.covariance()(0, 0) < 0.5 * unsure);
 }
 
 TEST_CASE("a measurement leaves unsure what it does not show") {
