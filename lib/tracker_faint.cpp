@@ -89,9 +89,12 @@ Estimate Tracker::Impl::resumed(const Estimate& estimate, const OutlineEstimate&
 bool Tracker::Impl::suffices(const OutlineEstimate& outline) const {
   if (outline.visible_pixels < kLeastPixels) return false;
   if (motion_.lost()) return outline.score >= kFoundAlone * outline_memory_.expected_score();
+  return outline.score >= kHeldAlone * outline_memory_.expected_score() && !jumps(outline);
+}
+
+bool Tracker::Impl::jumps(const OutlineEstimate& outline) const {
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(course_.usual_stray_squared));
-  const bool jumps = motion_.moving() && stray(outline.T_camera_object) > farthest;
-  return outline.score >= kHeldAlone * outline_memory_.expected_score() && !jumps;
+  return motion_.moving() && stray(outline.T_camera_object) > farthest;
 }
 
 void Tracker::Impl::compare_outline(const Estimate& both, const OutlineEstimate& outline) {

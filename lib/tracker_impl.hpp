@@ -192,8 +192,8 @@ struct Tracker::Impl {
   FrameResult follow_outline(const Frame& frame, const MotionModel::Hypotheses& hypotheses);
   /// From one hypothesis after the other until one leads to what fits as usual; else the best.
   OutlineEstimate outline_estimate(const MotionModel::Hypotheses& hypotheses);
-  /// Where an estimate fits worse than scores scatter, what hides the outline may have led it astray: another one from
-  /// there, which goes on as the object moved, if that fits hardly worse.
+  /// A doubtful estimate may have been led astray by what hides the outline: instead another one from there, which goes
+  /// on as the object moved, if that fits hardly worse.
   OutlineEstimate steadied(const OutlineEstimate& estimate, const Pose& T_start);
   /// Whether the surface seen from there has enough texture to be followed by; `doubtful` where too little is seen.
   bool shows_texture(const Pose& T_camera_object, bool doubtful = true);
@@ -226,6 +226,8 @@ struct Tracker::Impl {
   double stray(const Pose& T_camera_object) const;
   /// After a frame held.
   void note_stray(const Pose& T_camera_object);
+  /// Whether it is farther from where the object's motion leads than that strays.
+  bool jumps(const OutlineEstimate& outline) const;
   /// Whether the outline alone is enough to go by for a while.
   bool suffices(const OutlineEstimate& outline) const;
   /// What texture says of the outline where they agree on a pose.

@@ -71,7 +71,10 @@ OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& h
   OutlineEstimate best;
   for (int i = 0; i < hypotheses.count; ++i) {
     OutlineEstimate next = outline_.estimate(hypotheses.poses[static_cast<std::size_t>(i)], finest_);
-    if (i == 0 && by_outline_) next = steadied(next, hypotheses.poses[0]);
+    if (i == 0 && next.solved) {
+      const bool doubtful = by_outline_ ? outline_memory_.unusually_low(next.score) : jumps(next);
+      if (doubtful) next = steadied(next, hypotheses.poses[0]);
+    }
     if (i == 0 || (next.solved && next.score > best.score)) best = next;
     if (outline_memory_.fits_as_usual(best.score)) break;
   }
@@ -80,8 +83,7 @@ OutlineEstimate Tracker::Impl::outline_estimate(const MotionModel::Hypotheses& h
 }
 
 OutlineEstimate Tracker::Impl::steadied(const OutlineEstimate& estimate, const Pose& T_start) {
-  const bool doubtful = estimate.solved && outline_memory_.unusually_low(estimate.score);
-  if (!doubtful || !motion_.moving() || motion_.lost()) return estimate;
+  if (!motion_.moving() || motion_.lost()) return estimate;
   const double deviation = kStrays * std::sqrt(course_.usual_stray_squared);
   const OutlineEstimate steady = outline_.estimate(T_start, finest_, std::clamp(deviation, kLeastStray, kMostStray));
   const double least = std::max(kHeldShare * outline_memory_.expected_score(), kHardlyWorse * estimate.score);
