@@ -69,6 +69,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options) {
   require_same(options.outline, paper.outline, "--outline");
   require_same(options.faint_deviation, paper.faint_deviation, "--faint-deviation");
   require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
+  require_same(options.fine_blur_sigma, paper.fine_blur_sigma, "--fine-blur-sigma");
   require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
   require_same(options.recovery, paper.recovery, "--recovery");
@@ -203,6 +204,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--blur-sigma", [](O& o) -> double& { return o.blur_sigma; },
       "Gaussian of both images, pixels of the level");
+  add(
+      app, "--fine-blur-sigma", [](O& o) -> double& { return o.fine_blur_sigma; },
+      "The same on the finest level, where frames show that the pose is surer with it");
   add(
       app, "--silhouette-margin", [](O& o) -> int& { return o.silhouette_margin; },
       "Most pixels dropped at silhouette and depth jumps");

@@ -10,6 +10,7 @@ std::vector<Level> make_levels(const Camera& camera, int count) {
   std::vector<Level> levels(static_cast<std::size_t>(count));
   for (int l = 0; l < count; ++l) {
     Level& level = levels[static_cast<std::size_t>(l)];
+    level.index = l;
     const double scale = 1.0 / (1 << l);
     level.width = (camera.width + (1 << l) - 1) >> l;
     level.height = (camera.height + (1 << l) - 1) >> l;

@@ -14,6 +14,7 @@ constexpr std::size_t kGuardFloats = 64;
 
 /// Size and memory layout of one pyramid level; level l has pixels of 2^l x 2^l pixels of the frame.
 struct Level {
+  int index = 0;  ///< 0: the frame's own resolution
   int width = 0;  ///< pixels with any of the frame in them
   int height = 0;
   int padded_width = 0;  ///< whole tiles on this and every coarser level

@@ -28,6 +28,7 @@ TrackerOptions TrackerOptions::paper() {
   options.shading = false;
   options.light_texels = false;
   options.coarse_color = false;
+  options.fine_blur_sigma = options.blur_sigma;
   options.lens_blur = false;
   options.mean_gradient = false;
   options.correlation_search = false;
@@ -61,6 +62,7 @@ void TrackerOptions::validate() const {
   check(occlusion.vote_share >= 0 && occlusion.vote_share <= 1, "vote_share", "in [0, 1]");
   check(redundancy_cosine > 0 && redundancy_cosine <= 1, "redundancy_cosine", "in (0, 1]");
   check(blur_sigma >= 0 && blur_sigma <= 2.6, "blur_sigma", "in [0, 2.6] pixels");
+  check(fine_blur_sigma >= 0 && fine_blur_sigma <= 2.6, "fine_blur_sigma", "in [0, 2.6] pixels");
   check(silhouette_margin >= 0 && silhouette_margin <= 8, "silhouette_margin", "in [0, 8] pixels");
   check(depth_jump > 0, "depth_jump", "positive");
   check(levels >= 1 && levels <= 6, "levels", "in [1, 6]");

@@ -76,7 +76,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma),
+      filter_(device.impl(), options.blur_sigma, std::min(options.fine_blur_sigma, options.blur_sigma)),
       view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
             {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh), options.outline,
              options.light_texels}),
@@ -193,6 +193,7 @@ void Tracker::Impl::choose_finest_level() {
   if (level == finest_) return;
   course_.gradient_pixels = 0;
   look_.usual_fine_score = 0;
+  look_.optics.fine_blur = {};
   finest_ = level;
 }
 
@@ -286,6 +287,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   times_ = {};
   solved_systems_ = 0;
   first_gradient_pixels_ = 0;
+  filter_.set_fine_level(look_.optics.fine_blur.on && !motion_.lost() ? finest_ : -1);
   FrameResult result;
   Estimate best;
   best.T_camera_object = hypotheses.poses[0];

@@ -138,8 +138,19 @@ struct Tracker::Impl {
   void measure_choice(const Pose& T_camera_object, Optics& optics, Choice Optics::*choice, bool stays);
   /// How much the lens blurs.
   void measure_lens(const Pose& T_camera_object, Optics& optics);
-  /// Mean square that the constraints leave over at the best pose next to this one when the view is drawn so; 0: none.
+  /// Of what is usual: times as much.
+  struct Change {
+    double score = 1;  ///< of the fine stage
+    double share = 1;  ///< of the gradient pixels used
+  };
+  /// How much frame and view are blurred before they are compared, and what that changes.
+  Change measure_blur(const Pose& T_camera_object, Optics& optics);
+  /// The best pose next to this one, and all that is told of it, when the view is drawn and compared so.
+  Estimate refitted(const Pose& T_camera_object, const Optics& optics);
+  /// Mean square that the constraints leave over there; 0: none.
   double left_over(const Pose& T_camera_object, const Optics& optics);
+  /// Blurs the frame's finest level, around the object there, as these optics say, unless it is so already.
+  void blur_frame(const Pose& T_camera_object, const Optics& optics);
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "tracker_impl.hpp"
 
@@ -31,6 +32,12 @@ constexpr double kClearlySoft = 0.85;
 /// Square pixels, more than which nothing is told by.
 constexpr double kSoftest = 9;
 
+/// Share of the deviation at which texture is faint, below which a pose is so sure that another blur makes it no
+/// better, and how fast its mean follows.
+constexpr double kUnsure = 0.1, kSure = 0.05, kUnsureMemory = 0.1;
+/// Of the share of gradient pixels used, what must be left of it.
+constexpr double kKept = 0.85, kLeastShare = 1e-3;
+
 /// Counts a frame that a choice can be measured in; whether it is to be.
 bool count_frame(Choice& choice) {
   const bool clear = std::abs(choice.evidence) > kClear;
@@ -45,13 +52,26 @@ double median(Optics::Softness values, std::size_t count) {
 
 }  // namespace
 
-double Tracker::Impl::left_over(const Pose& T_camera_object, const Optics& optics) {
+void Tracker::Impl::blur_frame(const Pose& T_camera_object, const Optics& optics) {
+  const int fine_level = optics.fine_blur.on ? finest_ : -1;
+  if (fine_level == filter_.fine_level()) return;
+  filter_.set_fine_level(fine_level);
+  const Rect rect = grown(view_.bounds(T_camera_object), (filter_.radius() + 4) << finest_);
+  image_.enqueue_blur(finest_, coarser(rect, finest_));
+}
+
+Estimate Tracker::Impl::refitted(const Pose& T_camera_object, const Optics& optics) {
   look_.optics = optics;
-  if (!draw(T_camera_object, finest_, 1)) return 0;
+  blur_frame(T_camera_object, optics);
+  if (!draw(T_camera_object, finest_, 1)) return {};
   // Once for its gain and bias. Then at its own best pose: the present one favours the present way.
   evaluate(finest_, Pose::Identity());
   Pose D = Pose::Identity();
-  const Estimate estimate = iterate(finest_, D, kTellingIterations);
+  return iterate(finest_, D, kTellingIterations);
+}
+
+double Tracker::Impl::left_over(const Pose& T_camera_object, const Optics& optics) {
+  const Estimate estimate = refitted(T_camera_object, optics);
   return estimate.solved ? estimate.sums.weighted_square / std::max(1.0, estimate.sums.weight) : 0;
 }
 
@@ -95,6 +115,33 @@ void Tracker::Impl::measure_lens(const Pose& T_camera_object, Optics& optics) {
   optics.lens_variance = softness > kSoft * pixel ? kLensShare * softness : 0;
 }
 
+Tracker::Impl::Change Tracker::Impl::measure_blur(const Pose& T_camera_object, Optics& optics) {
+  Choice& fine = optics.fine_blur;
+  fine.since = 0;
+  const auto with = [&](bool on) {
+    Optics compared = optics;
+    compared.fine_blur.on = on;
+    Estimate estimate = refitted(T_camera_object, compared);
+    if (estimate.solved) measure_spread(estimate);
+    return estimate;
+  };
+  const Estimate wide = with(false), narrow = with(true);
+  if (!wide.solved || !narrow.solved) return {};
+  // Of the standard deviation, in the mean over the pose's six degrees of freedom.
+  const auto log_deviation = [](const Estimate& e) { return std::log(e.texture_covariance.determinant()) / 12; };
+  // What passes the tests no longer is noise, or finer than the texture is.
+  const double kept = narrow.used_share() / std::max(kLeastShare, wide.used_share());
+  const double evidence = std::min(log_deviation(wide) - log_deviation(narrow), kept - kKept);
+  if (!std::isfinite(evidence)) return {};
+  fine.measured = std::min(fine.measured + 1, kChoiceMemory);
+  fine.evidence += (evidence - fine.evidence) / fine.measured;
+  const bool was_on = std::exchange(fine.on, fine.evidence > (fine.on ? 0 : kBetter));
+  if (fine.on == was_on) return {};
+  const Estimate &before = was_on ? narrow : wide, &after = was_on ? wide : narrow;
+  return {after.score / std::max(kLeastShare, before.score),
+          after.used_share() / std::max(kLeastShare, before.used_share())};
+}
+
 void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   Optics optics = look_.optics;
   const double motion = corner_motion(motion_.pose(), T_camera_object);
@@ -103,24 +150,36 @@ void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   const bool texels = textured_ && options_.light_texels && (drawn_as_it_is || motion < kTexelMotion);
   const bool lens = textured_ && options_.lens_blur && (drawn_as_it_is || motion < kLensMotion);
   const bool known = static_cast<std::size_t>(optics.softness_measured) >= optics.softness.size();
+  const double deviation = largest_deviation(last_.texture_covariance) / options_.faint_deviation;
+  optics.unsureness += kUnsureMemory * (std::min(deviation, 1.0) - optics.unsureness);
+  const bool blur = optics.unsureness > kUnsure && options_.fine_blur_sigma < options_.blur_sigma;
+  if (optics.unsureness < kSure) optics.fine_blur = {};
 
   const bool color_due = color && count_frame(optics.coarse_color);
   const bool texels_due = !color_due && texels && count_frame(optics.light_texels);
   const bool lens_due = !color_due && !texels_due && lens && (!known || ++optics.since_lens >= kPause);
-  if (!color_due && !texels_due && !lens_due) {
+  const bool blur_due = !color_due && !texels_due && !lens_due && blur && count_frame(optics.fine_blur);
+  if (!color_due && !texels_due && !lens_due && !blur_due) {
     look_.optics = optics;
     return;
   }
   const Appearance before = appearance();
+  // How the camera shows the texture tells itself better where noise is blurred more.
+  const bool fine = std::exchange(optics.fine_blur.on, optics.fine_blur.on && blur_due);
+  Change usual;
   if (color_due) {
     measure_choice(T_camera_object, optics, &Optics::coarse_color, false);
   } else if (texels_due) {
     measure_choice(T_camera_object, optics, &Optics::light_texels, true);
-  } else {
+  } else if (lens_due) {
     measure_lens(T_camera_object, optics);
+  } else {
+    usual = measure_blur(T_camera_object, optics);
   }
+  if (!blur_due) optics.fine_blur.on = fine;
   look_.optics = optics;
   // The frame's view is left, and nothing else of what was tried.
+  blur_frame(T_camera_object, optics);
   if (draw(T_camera_object, finest_, 1)) {
     photometry_.start_level(finest_, view_.planes(finest_).tiles);
     evaluate(finest_, Pose::Identity());
@@ -128,6 +187,9 @@ void Tracker::Impl::measure_optics(const Pose& T_camera_object) {
   }
   restore(before);
   look_.optics = optics;
+  look_.usual_fine_score *= usual.score;
+  look_.confirmed_score *= usual.score;
+  course_.usual_share *= usual.share;
 }
 
 }  // namespace holdfast

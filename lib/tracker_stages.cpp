@@ -60,8 +60,9 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
   // The lens carries what is behind the object farther in.
   const double lens = std::sqrt(look_.optics.lens_variance) / (1 << finest);
-  const double wider = options_.blur_sigma > 0 ? std::hypot(1.0, lens / options_.blur_sigma) : 1.0;
-  const double full = coverage_at_margin(options_.silhouette_margin, wider, options_.blur_sigma);
+  const double sigma = filter_.sigma(finest);
+  const double wider = sigma > 0 ? std::hypot(1.0, lens / sigma) : 1.0;
+  const double full = coverage_at_margin(options_.silhouette_margin, wider, sigma);
   ViewTemplate::Margin margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;

@@ -24,9 +24,11 @@ struct Optics {
   using Softness = std::array<double, 5>;
   Choice light_texels{true};  ///< texels are averaged as light, not as encoded values
   Choice coarse_color;        ///< colour has half the resolution of brightness
+  Choice fine_blur;           ///< the finest level is blurred less: its gradients tell more than noise takes
   double lens_variance = 0;   ///< that the lens blurs by, as it is drawn, square pixels
   Softness softness{};        ///< variances that left least over, the last ones measured
   int softness_measured = 0;  ///< how many have been
+  double unsureness = 0;      ///< deviation of the pose by texture, of the one at which that is faint, running mean
   int since_lens = 0;         ///< frames that it could have been measured in, since it was
 };
 

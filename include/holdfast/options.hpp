@@ -33,6 +33,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool redundancy = false;         ///< drop channels whose gradient repeats the strongest one's direction
   double redundancy_cosine = 0.9;  ///< |cos| above which a channel repeats another
   double blur_sigma = 1.0;         ///< Gaussian of both images, pixels of the level
+  double fine_blur_sigma = 0.65;   ///< on the finest level, where frames show that the pose is surer with it
   int silhouette_margin = 2;       ///< most pixels dropped at silhouette and depth jumps; thin objects lose one
   double depth_jump = 0.02;        ///< relative depth step that counts as a jump
   int levels = 4;                  ///< most pyramid levels; small objects use fewer
