@@ -1,5 +1,6 @@
 #include "image_filter.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace holdfast {
@@ -31,7 +32,7 @@ ImageFilter::Gaussian ImageFilter::make(const Device::Impl& device, double sigma
 }
 
 ImageFilter::ImageFilter(const Device::Impl& device, double sigma, double fine_sigma)
-    : device_(device), wide_(make(device, sigma)), fine_(make(device, fine_sigma)) {
+    : device_(device), wide_(make(device, sigma)), fine_(make(device, std::min(sigma, fine_sigma))) {
   halve_ = device.kernel("halve");
   blur_ = device.kernel("blur");
   if (!device.strips) return;

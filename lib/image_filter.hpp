@@ -11,8 +11,8 @@ namespace holdfast {
 /// Separable Gaussian and halving, the same for the rendered view and the frame.
 class ImageFilter {
  public:
-  /// `sigma` in pixels; 0 leaves images as they are. One level at a time may be blurred by `fine_sigma` instead, which
-  /// is not wider. Throws Error(invalid_argument) when the reach exceeds HF_MAX_RADIUS.
+  /// `sigma` in pixels; 0 leaves images as they are. One level at a time may be blurred by `fine_sigma` instead, no
+  /// wider than `sigma`. Throws Error(invalid_argument) when the reach exceeds HF_MAX_RADIUS.
   ImageFilter(const Device::Impl& device, double sigma, double fine_sigma);
   ImageFilter(const Device::Impl& device, double sigma) : ImageFilter(device, sigma, sigma) {}
 

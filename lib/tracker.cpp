@@ -76,7 +76,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
-      filter_(device.impl(), options.blur_sigma, std::min(options.fine_blur_sigma, options.blur_sigma)),
+      filter_(device.impl(), options.blur_sigma, options.fine_blur_sigma),
       view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
             {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh), options.outline,
              options.light_texels}),

@@ -32,11 +32,13 @@ constexpr double kClearlySoft = 0.85;
 /// Square pixels, more than which nothing is told by.
 constexpr double kSoftest = 9;
 
-/// Share of the deviation at which texture is faint, below which a pose is so sure that another blur makes it no
-/// better, and how fast its mean follows.
+/// Of the deviation at which texture is faint: above the first share a pose is so unsure that a narrower blur may make
+/// it better, below the second so sure that it is not kept; and the weight of a frame in the mean that is compared.
 constexpr double kUnsure = 0.1, kSure = 0.05, kUnsureMemory = 0.1;
-/// Of the share of gradient pixels used, what must be left of it.
-constexpr double kKept = 0.85, kLeastShare = 1e-3;
+/// What the narrower blur must leave of the share of gradient pixels used.
+constexpr double kKept = 0.85;
+/// Scores and shares below it are not divided by.
+constexpr double kLeastShare = 1e-3;
 
 /// Counts a frame that a choice can be measured in; whether it is to be.
 bool count_frame(Choice& choice) {
