@@ -29,12 +29,6 @@ simulation::SequenceOptions moderate_motion() {
   return options;
 }
 
-std::vector<cv::Mat> raw_frames(const simulation::Sequence& sequence) {
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
-  return frames;
-}
-
 /// As JPEG at 95 % keeps them: hardly a trace but for the colour's resolution.
 std::vector<cv::Mat> compressed(const std::vector<cv::Mat>& frames) {
   std::vector<cv::Mat> result;
@@ -57,7 +51,7 @@ Tracker tracker_of(const simulation::Sequence& sequence, const Mesh& mesh, bool 
 TEST_CASE("compressed frames are tracked more accurately with coarse colour") {
   const Mesh mesh = colorful_print(80);
   const simulation::Sequence sequence(mesh, moderate_motion());
-  const std::vector<cv::Mat> frames = compressed(raw_frames(sequence));
+  const std::vector<cv::Mat> frames = compressed(test::frames_of(sequence));
   const auto median_mm = [&](bool coarse_color) {
     Tracker tracker = tracker_of(sequence, mesh, coarse_color);
     return test::median_mm(tracker, sequence.poses(), frames, 6);  // it is measured in the first ones
@@ -70,7 +64,7 @@ TEST_CASE("compressed frames are tracked more accurately with coarse colour") {
 TEST_CASE("a print as fine as the codec's colour is held from the first frame on") {
   const Mesh mesh = colorful_print(120);  // a texel a pixel
   const simulation::Sequence sequence(mesh, moderate_motion());
-  const std::vector<cv::Mat> frames = compressed(raw_frames(sequence));
+  const std::vector<cv::Mat> frames = compressed(test::frames_of(sequence));
   const auto held = [&](bool coarse_color) {
     Tracker tracker = tracker_of(sequence, mesh, coarse_color);
     tracker.reset(sequence.poses().front());
@@ -85,7 +79,7 @@ TEST_CASE("a print as fine as the codec's colour is held from the first frame on
 TEST_CASE("frames as a sensor delivers them are tracked as without, to the bit") {
   const Mesh mesh = colorful_print(80);
   const simulation::Sequence sequence(mesh, moderate_motion());
-  const std::vector<cv::Mat> frames = raw_frames(sequence);
+  const std::vector<cv::Mat> frames = test::frames_of(sequence);
   std::vector<Pose> with, without;
   for (const bool coarse_color : {true, false}) {
     Tracker tracker = tracker_of(sequence, mesh, coarse_color);

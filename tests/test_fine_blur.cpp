@@ -33,8 +33,7 @@ Errors median_errors(double contrast, double noise, double nearest) {
   options.motion.speed = 3;
   options.sensor.noise = noise;
   const simulation::Sequence sequence(mesh, options);
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
+  const std::vector<cv::Mat> frames = test::frames_of(sequence);
   const auto tracked = [&](double fine_blur_sigma) {
     TrackerOptions tracking;
     tracking.fine_blur_sigma = fine_blur_sigma;

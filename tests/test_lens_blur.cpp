@@ -105,8 +105,7 @@ std::array<double, 2> median_errors(double blur_sigma) {
   options.sensor.noise = 2;
   options.sensor.blur_sigma = blur_sigma;
   const simulation::Sequence sequence(mesh, options);
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
+  const std::vector<cv::Mat> frames = test::frames_of(sequence);
   const auto tracked = [&](bool lens_blur) {
     TrackerOptions tracking;
     tracking.lens_blur = lens_blur;

@@ -395,8 +395,7 @@ TEST_CASE("redundancy: one row a pixel where channels repeat each other, and the
 
 TEST_CASE("nothing is allocated in the per-frame path after warm-up") {
   const Sequence sequence(box(), paper_camera(12, 5, 19));
-  std::vector<cv::Mat> frames;
-  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
+  const std::vector<cv::Mat> frames = test::frames_of(sequence);
   Mesh shape = box();
   for (Material& material : shape.materials) material.texture = {};
   TrackerOptions always_faint;

@@ -18,6 +18,12 @@ simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nea
   return options;
 }
 
+std::vector<cv::Mat> frames_of(const simulation::Sequence& sequence) {
+  std::vector<cv::Mat> frames;
+  for (int i = 0; i < sequence.size(); ++i) frames.push_back(sequence.frame(i));
+  return frames;
+}
+
 ImageView view_of(const cv::Mat& image, PixelFormat format) {
   return {image.data, image.cols, format == PixelFormat::nv12 ? image.rows * 2 / 3 : image.rows, image.step, format};
 }

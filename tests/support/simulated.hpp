@@ -13,6 +13,9 @@ namespace holdfast::test {
 /// A box between two distances (metres), 512x384, with 2 grey levels of noise.
 simulation::SequenceOptions noisy_box(int frames, std::uint64_t seed, double nearest, double farthest);
 
+/// All of a sequence's frames, for those who track them more than once.
+std::vector<cv::Mat> frames_of(const simulation::Sequence& sequence);
+
 /// What a tracker reads of a picture of OpenCV's, which must outlive it.
 ImageView view_of(const cv::Mat& image, PixelFormat format = PixelFormat::bgr8);
 
