@@ -9,10 +9,9 @@ namespace {
 
 /// Less motion than this many pixels of the level drawn is left to the Gaussian.
 constexpr double kLeastMotionBlur = 1.0;
-/// Moments of an exposure: one each two pixels of motion (the blur that follows lets no finer ripple through), at most
-/// this many.
+/// Moments of an exposure: one each two pixels of motion (the blur that follows lets no finer ripple through), up to
+/// HF_MOST_TAPS.
 constexpr double kPixelsATap = 2.0;
-constexpr int kMostTaps = 24;
 /// Variance of colour that has half the resolution, square pixels of the frame: the mean of two by two, interpolated
 /// linearly. Less than the least, of the level drawn, changes next to nothing.
 constexpr double kColorVariance = 1, kLeastColorVariance = 0.1;
@@ -246,7 +245,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.cx = static_cast<float>(camera.cx);
   e.cy = static_cast<float>(camera.cy);
   e.light = exposure.light ? 1 : 0;
-  e.taps = std::min(kMostTaps, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
+  e.taps = std::min(HF_MOST_TAPS, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
   motion_blur_.setArg(0, before_motion_);
   motion_blur_.setArg(1, planes_[level].depth);
   motion_blur_.setArg(2, levels_[level].layout);
