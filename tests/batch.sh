@@ -61,4 +61,20 @@ rm -r results
 "$batch" list results --line 1 >log 2>&1 || fail "--line of a comment: $(cat log)"
 "$batch" list results --line 3 >log 2>&1 || fail "--line: $(cat log)"
 [ "$(find results -name poses.csv)" = "results/two words/poses.csv" ] || fail "--line 3 did another"
+
+# One thread each, in the calling thread where PoCL can; a driver that the caller names is kept.
+cat >wrapped <<EOF
+#!/bin/sh
+[ "\$1" = devices ] || echo "\$POCL_DEVICES \$POCL_MAX_PTHREAD_COUNT \$LP_NUM_THREADS" >>environment
+exec "$program" "\$@"
+EOF
+chmod +x wrapped
+expected=
+if POCL_DEVICES=basic "$program" devices >/dev/null 2>&1; then expected=basic; fi
+rm -r results
+HOLDFAST=./wrapped "$batch" list results --line 2 >log 2>&1 || fail "in one thread: $(cat log)"
+[ -z "$expected" ] || [ "$(cat environment)" = "$expected 1 0" ] || fail "threads: $(cat environment)"
+rm -r results environment
+POCL_DEVICES=pthread HOLDFAST=./wrapped "$batch" list results --line 2 >log 2>&1 || fail "the caller's driver: $(cat log)"
+[ "$(cat environment)" = "pthread 1 0" ] || fail "the caller's driver: $(cat environment)"
 echo "batch: fine"

@@ -32,14 +32,24 @@ def figures_of(result):
     return figures
 
 
-def run_benchmarks(program, threads, wanted, repetitions):
+def one_thread(holdfast):
+    """The environment in which kernels run in the calling thread: PoCL has a driver for that, by one of two names."""
+    for driver in ("basic", "cpu-minimal"):
+        environment = {"POCL_DEVICES": driver, **os.environ}
+        if subprocess.run([holdfast, "devices"], env=environment, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL).returncode == 0:
+            return environment
+    return None
+
+
+def run_benchmarks(program, threads, wanted, repetitions, environment=None):
     """The repetitions of all benchmarks are interleaved at random: the machine's other load then falls on all alike."""
     with tempfile.NamedTemporaryFile(suffix=".json") as file:
         command = [program, "--threads", str(threads), f"--benchmark_filter={wanted}",
                    f"--benchmark_repetitions={repetitions}", "--benchmark_min_time=0.1",
                    "--benchmark_enable_random_interleaving=true", "--benchmark_display_aggregates_only=true",
                    f"--benchmark_out={file.name}"]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         return json.load(file)
 
 
@@ -96,18 +106,22 @@ def main():
 
     result = {"threads": {}, "kernels": {}}
     counts = [1, 2] if (os.cpu_count() or 1) > 1 else [1]
+    environments = {1: one_thread(holdfast), 2: None}
     for threads in counts:
         print(f"bench: whole frames, {threads} thread{'s' if threads > 1 else ''}", flush=True)
-        run = run_benchmarks(program, threads, "frame/|opencv/|limit/|occlusion/", arguments.repetitions)
+        run = run_benchmarks(program, threads, "frame/|opencv/|limit/|occlusion/", arguments.repetitions,
+                             environments[threads])
         result["machine"] = {key: run["context"][key] for key in ("num_cpus", "mhz_per_cpu", "load_avg", "date")}
         result["machine"]["device"] = run["context"]["device"]
         result["threads"][str(threads)] = figures_of(run)
     print("bench: sizes of object, frame and mesh, and iterations, 1 thread", flush=True)
-    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|iterations/", arguments.repetitions)
+    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|iterations/", arguments.repetitions,
+                            environments[1])
     result["sweeps"] = figures_of(sweeps)
     for threads in counts:
         print(f"bench: kernels, {threads} thread{'s' if threads > 1 else ''}", flush=True)
-        output = subprocess.run([kernels, "--threads", str(threads)], check=True, capture_output=True, text=True).stdout
+        output = subprocess.run([kernels, "--threads", str(threads)], check=True, capture_output=True, text=True,
+                                env=environments[threads]).stdout
         result["kernels"][str(threads)] = json.loads(output)
     result["instructions"] = {kernel: instructions.instructions(kernels, kernel)
                               for kernel in ("flow_constraints", "occlusion_tests")}
