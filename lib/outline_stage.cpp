@@ -40,7 +40,8 @@ constexpr OutlineSearch kCoarse{.step = 1, .deviation = 1, .far = 2, .by_shares 
 constexpr OutlineSearch kClose{.step = 0.5, .deviation = 0.5, .far = 2, .by_shares = false};
 constexpr OutlineSearch kClosest{.step = 0.5, .deviation = 0.5, .far = 1, .by_shares = true};
 constexpr std::array<OutlineSearch, 6> kOnFinest{kCoarse, kClose, kClose, kClosest, kClosest, kClosest};
-constexpr std::array<OutlineSearch, 3> kNearby{kClose, kClosest, kClosest};
+/// From a pose that texture found.
+constexpr std::array<OutlineSearch, 1> kNearby{kClosest};
 
 }  // namespace
 
