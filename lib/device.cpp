@@ -156,8 +156,8 @@ void build_program(Device::Impl& impl, const DeviceOptions& options) {
   impl.strips = options.partition == Partition::automatic ? wide_cpu : options.partition == Partition::strips;
   std::string source;
   for (const char* file :
-       {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "blur_block.cl", "view_template.cl",
-        "motion_blur.cl", "occlusion.cl", "flow_constraints.cl", "shift_search.cl", "outline.cl"}) {
+       {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "blur_block.cl", "halve_frame.cl",
+        "view_template.cl", "motion_blur.cl", "occlusion.cl", "flow_constraints.cl", "shift_search.cl", "outline.cl"}) {
     source += embedded_text(file);
     source += '\n';
   }

@@ -135,17 +135,21 @@ void DeviceImage::enqueue_convert() {
   device_.enqueue_rows(convert, region_.width, region_.height);
 }
 
-void DeviceImage::enqueue_halves(std::size_t level) {
-  for (; coarsest_made_ < level; ++coarsest_made_) {
-    const std::size_t l = coarsest_made_ + 1;
-    filter_.enqueue_halve(levels_buffers_[l - 1].pixels, levels_[l - 1], coarser(region_, static_cast<int>(l)),
-                          levels_[l], levels_buffers_[l].pixels);
-  }
-}
+bool DeviceImage::read_as_it_comes() const { return frame_.distorted == 0 && filter_.reads_frames(format_); }
 
 void DeviceImage::enqueue_pixels(int level) {
-  enqueue_convert();
-  enqueue_halves(static_cast<std::size_t>(level));
+  if (level == 0) enqueue_convert();
+  for (; coarsest_made_ < static_cast<std::size_t>(level); ++coarsest_made_) {
+    const std::size_t l = coarsest_made_ + 1;
+    const Rect rect = coarser(region_, static_cast<int>(l));
+    const cl::Buffer& out = levels_buffers_[l].pixels;
+    if (l == 1 && read_as_it_comes()) {
+      filter_.enqueue_halve(bytes_, format_, frame_, rect, levels_[l], out);
+    } else {
+      if (l == 1) enqueue_convert();
+      filter_.enqueue_halve(levels_buffers_[l - 1].pixels, levels_[l - 1], rect, levels_[l], out);
+    }
+  }
 }
 
 void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
@@ -162,12 +166,11 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
     buffers.valid = {};
     return;
   }
-  const bool distorted = frame_.distorted != 0;
-  if (l == 0 && !distorted && filter_.blurs_frames(format_)) {
+  if (l == 0 && read_as_it_comes()) {
     filter_.enqueue_blur(bytes_, format_, frame_, level, rect, buffers.blurred);
   } else {
     enqueue_pixels(level_index);
-    const Rect covered = distorted ? Rect{} : Rect{0, 0, camera_.width >> l, camera_.height >> l};
+    const Rect covered = frame_.distorted != 0 ? Rect{} : Rect{0, 0, camera_.width >> l, camera_.height >> l};
     filter_.enqueue_blur(buffers.pixels, level, rect, buffers.blurred, covered);
   }
 

@@ -23,11 +23,11 @@ class DeviceImage {
   void enqueue_upload(const ImageView& frame, const Rect& region);
   void enqueue_upload(const DeviceImageView& frame, const Rect& region);
 
-  /// Blurs a level inside `rect_of_level` (of the uploaded region); converts the frame and halves down to the level
+  /// Blurs a level inside `rect_of_level` (of the uploaded region); converts the frame or halves down to the level
   /// where that is needed and was not yet done.
   void enqueue_blur(int level, const Rect& rect_of_level);
 
-  /// Converts the uploaded region and halves it down to the level where that was not yet done.
+  /// Converts the uploaded region, or halves it down to the level, where that was not yet done.
   void enqueue_pixels(int level);
 
   /// Not blurred, of enqueue_pixels(). Interleaved: three channels, coverage.
@@ -50,7 +50,8 @@ class DeviceImage {
   void set_frame(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
                  const Rect& region);
   void enqueue_convert();
-  void enqueue_halves(std::size_t level);
+  /// Whether the frame is blurred and halved without being converted.
+  bool read_as_it_comes() const;
 
   const Device::Impl& device_;
   Camera camera_;

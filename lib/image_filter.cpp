@@ -41,6 +41,9 @@ ImageFilter::ImageFilter(const Device::Impl& device, double sigma, double fine_s
   for (const char* name : {"blur_bgr8", "blur_rgb8", "blur_rgba8", "blur_grey8"}) {
     blur_frame_.push_back(device.kernel(name));
   }
+  for (const char* name : {"halve_bgr8", "halve_rgb8", "halve_rgba8", "halve_grey8"}) {
+    halve_frame_.push_back(device.kernel(name));
+  }
 }
 
 void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
@@ -51,6 +54,17 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, con
   halve_.setArg(3, out_level.layout);
   halve_.setArg(4, out);
   device_.enqueue_rows(halve_, rect.width, rect.height);
+}
+
+void ImageFilter::enqueue_halve(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
+                                const Rect& rect, const Level& out_level, const cl::Buffer& out) {
+  cl::Kernel& halve = halve_frame_[static_cast<std::size_t>(format)];
+  halve.setArg(0, in);
+  halve.setArg(1, frame);
+  halve.setArg(2, to_kernel(rect));
+  halve.setArg(3, out_level.layout);
+  halve.setArg(4, out);
+  device_.enqueue_rows(halve, rect.width, rect.height);
 }
 
 void ImageFilter::set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const {

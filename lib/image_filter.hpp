@@ -31,14 +31,18 @@ class ImageFilter {
   /// `rect` in pixels of the coarser level.
   void enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
                      const cl::Buffer& out);
+  /// The same of a frame as it comes, where reads_frames().
+  void enqueue_halve(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Rect& rect,
+                     const Level& out_level, const cl::Buffer& out);
   /// Blurs interleaved premultiplied pixels and divides by coverage. `rect` starts and is wide in whole vectors of four
   /// pixels; in `covered` coverage is known to be 1 everywhere.
   void enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
                     const Rect& covered = {});
 
-  /// Whether frames of this format, as no lens distorts them, can be blurred as they come, without being converted.
-  bool blurs_frames(PixelFormat format) const { return static_cast<std::size_t>(format) < blur_frame_.size(); }
-  /// The same of such a frame.
+  /// Whether frames of this format, as no lens distorts them, can be blurred and halved as they come, without being
+  /// converted.
+  bool reads_frames(PixelFormat format) const { return static_cast<std::size_t>(format) < blur_frame_.size(); }
+  /// Blurs such a frame.
   void enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Level& level,
                     const Rect& rect, const cl::Buffer& out);
 
@@ -60,7 +64,7 @@ class ImageFilter {
   Gaussian wide_, fine_;
   int fine_level_ = -1;
   cl::Kernel halve_, blur_;
-  std::vector<cl::Kernel> blur_frame_;  ///< one a format
+  std::vector<cl::Kernel> blur_frame_, halve_frame_;  ///< one a format
 };
 
 inline kernel::hf_rect to_kernel(const Rect& rect) { return {rect.x, rect.y, rect.width, rect.height}; }
