@@ -13,6 +13,7 @@ MODES = ("default", "fast", "paper")
 WORK = {
     "convert_bgr8": ("region", 19, 3),
     "halve": ("region", 80, 16),
+    "halve_bgr8": ("region", 28, 28),
     "halve_depth": ("region", 20, 8),
     "unpack_view": ("region", 28, 9),
     "unpack_view_coarse_color": ("region", 28, 38),
