@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdint>
 #include <cstdlib>
 #include <initializer_list>
-#include <new>
+#include <memory>
 #include <optional>
 
 #include "device_impl.hpp"
 #include "embedded_text.hpp"
 #include "program_cache.hpp"
 #include "shared.h"
+#include "zeroed_memory.hpp"
 
 namespace holdfast {
 namespace {
@@ -175,19 +175,11 @@ cl::Buffer Device::Impl::zeroed_buffer(std::size_t bytes) const {
   }
   // On a CPU device the buffer lies in memory that the system hands out as zero, a page at a time, when it is touched:
   // what the object never covers costs nothing.
-  constexpr std::size_t alignment = 4096;
-  void* memory = std::calloc(bytes + alignment, 1);
-  if (memory == nullptr) throw std::bad_alloc();
-  const auto address = reinterpret_cast<std::uintptr_t>(memory);
-  void* const aligned = static_cast<char*>(memory) + (alignment - address % alignment);
-  try {
-    cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, aligned);
-    buffer.setDestructorCallback([](cl_mem, void* start) { std::free(start); }, memory);
-    return buffer;
-  } catch (...) {
-    std::free(memory);
-    throw;
-  }
+  auto memory = std::make_unique<ZeroedMemory>(bytes);
+  cl::Buffer buffer(context, CL_MEM_READ_WRITE | CL_MEM_USE_HOST_PTR, bytes, memory->data());
+  buffer.setDestructorCallback([](cl_mem, void* owned) { delete static_cast<ZeroedMemory*>(owned); }, memory.get());
+  memory.release();
+  return buffer;
 }
 
 void Device::Impl::enqueue_rows(const cl::Kernel& kernel, int width, int height) const {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -20,6 +21,7 @@
 #include "shared.h"
 #include "support/files.hpp"
 #include "support/kernel_checks.hpp"
+#include "zeroed_memory.hpp"
 
 using namespace holdfast;
 using namespace holdfast::test;
@@ -347,5 +349,17 @@ TEST_CASE(
     const ScopedVariable no_xdg("XDG_CACHE_HOME", std::nullopt);
     Device();
     CHECK(has_cache("home/.cache/holdfast"));
+  }
+}
+
+TEST_CASE("memory of buffers is zero from a page's start to its end, and can be written to its end") {
+  for (const std::size_t bytes : {std::size_t{1}, std::size_t{4097}, std::size_t{3} << 20}) {
+    CAPTURE(bytes);
+    const ZeroedMemory memory(bytes);
+    CHECK(reinterpret_cast<std::uintptr_t>(memory.data()) % 4096 == 0);
+    auto* const begin = static_cast<unsigned char*>(memory.data());
+    CHECK(std::all_of(begin, begin + bytes, [](unsigned char byte) { return byte == 0; }));
+    std::fill(begin, begin + bytes, static_cast<unsigned char>(255));
+    CHECK(begin[bytes - 1] == 255);
   }
 }
