@@ -40,8 +40,8 @@ constexpr OutlineSearch kCoarse{.step = 1, .deviation = 1, .far = 2, .by_shares 
 constexpr OutlineSearch kClose{.step = 0.5, .deviation = 0.5, .far = 2, .by_shares = false};
 constexpr OutlineSearch kClosest{.step = 0.5, .deviation = 0.5, .far = 1, .by_shares = true};
 constexpr std::array<OutlineSearch, 6> kOnFinest{kCoarse, kClose, kClose, kClosest, kClosest, kClosest};
-/// From a pose that texture found.
-constexpr std::array<OutlineSearch, 1> kNearby{kClosest};
+/// From a pose that texture found, at most: once more only where a search led away from what it had drawn.
+constexpr int kNearbySearches = 3;
 
 }  // namespace
 
@@ -94,13 +94,13 @@ ConstraintSums OutlineStage::with_expectation(ConstraintSums sums, const Expecta
   return sums;
 }
 
+double OutlineStage::motion(int level, const Pose& D_from, const Pose& D_to) const {
+  return corner_motion(extent_, levels_[static_cast<std::size_t>(level)].camera, D_from * T_drawn_, D_to * T_drawn_);
+}
+
 bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineSearch& search,
                             const Expectation& expected) {
-  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
-  const auto motion = [&](const Pose& from, const Pose& to) {
-    return corner_motion(extent_, camera, from * T_drawn_, to * T_drawn_);
-  };
-  if (level != level_drawn_ || motion(Pose::Identity(), D_) > kRedraw) {
+  if (level != level_drawn_ || motion(level, Pose::Identity(), D_) > kRedraw) {
     estimate.solved = draw(estimate.T_camera_object, level);
     if (!estimate.solved) {
       estimate.visible_pixels = visible_pixels();
@@ -116,7 +116,7 @@ bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineS
     if (!solution.solved) return false;
     const Pose before = D_;
     D_ = renormalized(D_ * exp_se3(solution.twist));
-    if (motion(before, D_) < kConverged) break;
+    if (motion(level, before, D_) < kConverged) break;
   }
   estimate.T_camera_object = renormalized(D_ * T_drawn_);
   return true;
@@ -156,14 +156,6 @@ void OutlineStage::forget_hidden_turns(OutlineEstimate& estimate) {
   }
 }
 
-void OutlineStage::conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches,
-                            const Expectation& expected) {
-  for (const OutlineSearch& search : searches) {
-    if (!approach(estimate, level, search, expected)) return;
-  }
-  measure(estimate, searches.back());
-}
-
 OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest, double deviation) {
   const Expectation expected{T_start, deviation};
   OutlineEstimate estimate;
@@ -172,7 +164,10 @@ OutlineEstimate OutlineStage::estimate(const Pose& T_start, int finest, double d
   for (int level = coarsest(T_start, finest); level > finest; --level) {
     if (!approach(estimate, level, kCoarse, expected)) return estimate;
   }
-  conclude(estimate, finest, kOnFinest, expected);
+  for (const OutlineSearch& search : kOnFinest) {
+    if (!approach(estimate, finest, search, expected)) return estimate;
+  }
+  measure(estimate, kOnFinest.back());
   return estimate;
 }
 
@@ -180,7 +175,11 @@ OutlineEstimate OutlineStage::estimate_nearby(const Pose& T_start, int finest) {
   OutlineEstimate estimate;
   estimate.T_camera_object = T_start;
   level_drawn_ = -1;
-  conclude(estimate, finest, kNearby, {});
+  for (int i = 0; i < kNearbySearches; ++i) {
+    if (!approach(estimate, finest, kClosest, {})) return estimate;
+    if (motion(finest, Pose::Identity(), D_) <= kRedraw) break;
+  }
+  measure(estimate, kClosest);
   return estimate;
 }
 

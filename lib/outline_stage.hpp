@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -78,16 +77,16 @@ class OutlineStage {
   /// Pixels of the frame inside the silhouette drawn last.
   int visible_pixels() const;
   int coarsest(const Pose& T_camera_object, int finest) const;
+  /// By which corners move between two motions of the view drawn, pixels of the level.
+  double motion(int level, const Pose& D_from, const Pose& D_to) const;
   /// Some solutions on a level; draws anew where the outline has moved since.
   bool approach(OutlineEstimate& estimate, int level, const OutlineSearch& search, const Expectation& expected);
   /// The lines' sums with what is expected of the pose counted in.
   ConstraintSums with_expectation(ConstraintSums sums, const Expectation& expected) const;
+  /// What the outline says where the searches led.
   void measure(OutlineEstimate& estimate, const OutlineSearch& search);
   /// Takes from the information what it says of turns that hardly show.
   static void forget_hidden_turns(OutlineEstimate& estimate);
-  /// One search after the other on a level, then what the outline says there.
-  void conclude(OutlineEstimate& estimate, int level, std::span<const OutlineSearch> searches,
-                const Expectation& expected);
 
   const std::vector<Level>& levels_;
   Extent extent_;
