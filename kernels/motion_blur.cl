@@ -30,7 +30,8 @@ INLINE float4 mean_of(float4 sum, int taps, const int light) {
   return sum;
 }
 
-/* The moments' places of the lanes of a row from column x on, all in `rect`. */
+/* The lanes of a row from column x on: the mean, over the moments, of what is drawn where their surface is then. Beyond
+   `rect` its border goes on. */
 INLINE void motion_blur_lanes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
                               hf_exposure exposure, int x, int y, const int light, __global float* out) {
   const int e = element(layout, x, y), step = HF_PIXEL * layout.stride;

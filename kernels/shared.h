@@ -16,7 +16,7 @@
 #define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */
 #define HF_GROUP 64             /* work-items of a tile's group in the 'groups' partition */
 
-#define HF_MOST_TAPS 24    /* moments of an exposure */
+#define HF_MOST_TAPS 24    /* moments of an exposure, at most */
 #define HF_RENDER_GUARD 32 /* pixels before and behind a packed render that may be read */
 
 /* Formats of a frame that are blurred as they come: as holdfast::PixelFormat. */
