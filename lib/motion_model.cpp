@@ -28,14 +28,14 @@ void MotionModel::reset(const Pose& T_camera_object) {
   suspected_ = false;
 }
 
-void MotionModel::advance(const Pose& T_camera_object, bool exact) {
+void MotionModel::advance(const Pose& T_camera_object, bool exact, const Pose& T_moved_to) {
   if (lost()) {
     // How it moved while it was lost says nothing of how it moves now.
     reset(T_camera_object);
     return;
   }
-  const Velocity now{T_camera_object * extent_.p_object_center - T_ * extent_.p_object_center,
-                     T_camera_object.linear() * T_.linear().transpose()};
+  const Velocity now{T_moved_to * extent_.p_object_center - T_ * extent_.p_object_center,
+                     T_moved_to.linear() * T_.linear().transpose()};
   expected_ = now;
   if (moving_) {
     const double stray = apart(T_camera_object, steadily_predicted());

@@ -23,8 +23,10 @@ class MotionModel {
 
   /// At rest.
   void reset(const Pose& T_camera_object);
-  /// The next frame's pose was found; if it is not `exact`, the velocity's change is not known.
-  void advance(const Pose& T_camera_object, bool exact);
+  /// The next frame's pose was found; if it is not `exact`, the velocity's change is not known. `T_moved_to`: where its
+  /// velocity has taken the object, which a pose that is not sure says little of.
+  void advance(const Pose& T_camera_object, bool exact, const Pose& T_moved_to);
+  void advance(const Pose& T_camera_object, bool exact) { advance(T_camera_object, exact, T_camera_object); }
   /// It was not: the pose stays where the object was last seen.
   void lose();
   /// While it is lost, the next frame tries this place too.

@@ -23,7 +23,6 @@ constexpr int kMostThinning = 4;  ///< every fourth row
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from the predicted motion: object radii and radians, standard deviation.
-constexpr double kExpectedDeviation = 0.05;
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
 /// Pixels from where its motion leads, beyond which a pose is as doubtful as after a loss.
@@ -403,8 +402,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
   moved_ = !motion_.lost() && options_.mode != Mode::paper;
-  expected_deviation_ = moved_ && motion_.moving() && options_.predict_velocity ? kExpectedDeviation : 0;
-  if (expected_deviation_ > 0) T_expected_ = motion_.predicted();
+  expect();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
   if (result.status == Status::held) {
@@ -419,8 +417,10 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     result.ms = times_;
     restore(before);
     restlessness_.interrupt();
-    motion_.advance(result.T_camera_object, true);
+    motion_.advance(result.T_camera_object, true, moved_to(result.T_camera_object, spread_.covariance()));
   } else if (result.status == Status::held) {
+    const Pose T_moved_to =
+        moved_to(result.T_camera_object, last_.covariance);  // before what conditions it is drawn anew
     look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
     const bool fresh = course_.fresh();  // takes long enough
     course_.visible_pixels = result.visible_pixels;
@@ -450,7 +450,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     } else {
       restlessness_.interrupt();
     }
-    motion_.advance(result.T_camera_object, as_usual);
+    motion_.advance(result.T_camera_object, as_usual, T_moved_to);
   } else {
     restore(before);
     const Pose T_supposed = motion_.supposed(options_.predict_velocity);
@@ -472,7 +472,7 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   start.count = 1;
   const Appearance before = appearance();
   moved_ = false;
-  expected_deviation_ = 0;
+  expected_ = false;
   const Course course = course_;
   course_.faint = false;
   const Proportions proportions = proportions_;
@@ -507,6 +507,7 @@ void Tracker::reset(const Pose& T_camera_object) {
   }
   impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));
+  impl_->motion_filter_.clear();
   impl_->restlessness_.clear();
   impl_->proportions_.clear();
   impl_->photometry_.reset();

@@ -12,6 +12,7 @@
 #include "holdfast/tracker.hpp"
 #include "judgement.hpp"
 #include "keyframes.hpp"
+#include "motion_filter.hpp"
 #include "motion_model.hpp"
 #include "occlusion.hpp"
 #include "outline_memory.hpp"
@@ -41,7 +42,8 @@ class Starts {
 };
 
 /// The tracker's parts and its loop: a frame's life in tracker.cpp, which starts compete in it in tracker_starts.cpp,
-/// the stages that turn a start into an estimate in tracker_stages.cpp.
+/// the stages that turn a start into an estimate in tracker_stages.cpp, what is expected of the pose beside what the
+/// rows say in tracker_expectation.cpp.
 struct Tracker::Impl {
   /// Appearances that a lost object is searched for over the whole picture in one frame.
   static constexpr int kAppearancesAFrame = 32;
@@ -168,10 +170,16 @@ struct Tracker::Impl {
                    const OutlineEstimate* outline = nullptr);
   /// The sums with what is expected of the pose added as six more observations, and what an outline says as six others.
   ConstraintSums with_expectation(ConstraintSums sums, const Pose& D, const OutlineEstimate* outline) const;
-  /// What each of those weighs beside the rows.
-  double expectation_weight(const ConstraintSums& sums) const;
-  /// How far the pose may be from there: object radii and radians, standard deviation.
-  double expectation_deviation() const;
+  /// Notes where the object is expected in the next frame, and how surely.
+  void expect();
+  /// It was found, with this covariance. Returns where its velocity has taken it: the pose itself where that is sure.
+  Pose moved_to(const Pose& T_camera_object, const Matrix6& covariance);
+  /// Of the pose expected, conditioned; where none is, of a start.
+  Matrix6 expectation_information() const;
+  /// What an observation is off by, squared, in units of the rows' own errors.
+  static double observation_square(const ConstraintSums& sums);
+  /// Largest standard deviation that the rows leave of a pose that strays as objects do: object radii and radians.
+  double left_open(const ConstraintSums& sums) const;
   /// What the outline's information weighs beside the rows.
   Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
@@ -268,6 +276,7 @@ struct Tracker::Impl {
   OutlineStage outline_;
   MotionModel motion_;
   Restlessness restlessness_;
+  MotionFilter motion_filter_;
   Keyframes keyframes_;
   Proportions proportions_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
@@ -291,12 +300,12 @@ struct Tracker::Impl {
   StageTimes times_;
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
-  int finest_ = 0;      ///< level that this frame's pose comes from
-  bool moved_ = false;  ///< the last pose was the frame before this one's
-  /// Where the object is expected, and by how much it may be elsewhere: object radii and radians, standard deviation.
+  int finest_ = 0;         ///< level that this frame's pose comes from
+  bool moved_ = false;     ///< the last pose was the frame before this one's
+  bool expected_ = false;  ///< it is known where the object is expected, and how surely, conditioned
   Pose T_expected_ = Pose::Identity();
-  double expected_deviation_ = 0;  ///< 0: nothing is expected
-  Estimate last_;                  ///< of the fine stage, in the last frame
+  Matrix6 expected_information_ = Matrix6::Zero();
+  Estimate last_;  ///< of the fine stage, in the last frame
 
   /// What a frame that is not held must not change.
   struct Appearance {

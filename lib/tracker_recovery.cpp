@@ -202,7 +202,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
   const double surviving_share = std::exchange(look_.surviving_share, 0.0);
   // Nothing is known of its motion either.
   const bool moved = std::exchange(moved_, false);
-  const double expected_deviation = std::exchange(expected_deviation_, 0.0);
+  const bool expected = std::exchange(expected_, false);
   places_.clear();
   sweep(swept, places_);
   keep_best(places_, kPlacesLookedAt, swept);
@@ -235,7 +235,7 @@ Estimate Tracker::Impl::found_anywhere(const Rect& region) {
     if (is_good(best)) break;
   }
   if (is_probable(best)) best = best_of_rivals(best, closer, coarsest, coarse_finest);
-  expected_deviation_ = expected_deviation;
+  expected_ = expected;
   return best;
 }
 

@@ -18,10 +18,6 @@ constexpr int kMostSettling = 4;
 /// Longest step of one solution, pixels of the level.
 constexpr double kLongestStep = 3;
 constexpr double kDamping = 1e-6;
-/// Pixels that share their noise and three channels: rows that count as one observation.
-constexpr double kRowsPerObservation = 40;
-/// A start's own uncertainty where nothing is expected: object radii and radians.
-constexpr double kFreeDeviation = 0.3;
 /// What 1/Z bends by at an edge of flat faces, of itself.
 constexpr double kBend = 6e-4;
 /// Pixels of a cell that tell how bright it is.
@@ -86,39 +82,6 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   return drawn;
 }
 
-double Tracker::Impl::expectation_deviation() const {
-  return expected_deviation_ > 0 ? expected_deviation_ : kFreeDeviation;
-}
-
-double Tracker::Impl::expectation_weight(const ConstraintSums& sums) const {
-  const double deviation = expectation_deviation();
-  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / (deviation * deviation);
-}
-
-Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const {
-  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows) / outline_memory_.excess() *
-         outline.information;
-}
-
-ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D,
-                                               const OutlineEstimate* outline) const {
-  if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
-  // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
-  const bool expected = expected_deviation_ > 0;
-  const Pose to_expected =
-      D.inverse() * (expected ? T_expected_ * view_.T_camera_object().inverse() : Pose::Identity());
-  const double weight = expectation_weight(sums);
-  sums.A += weight * Matrix6::Identity();
-  sums.h += weight * conditioning().conditioned(log_se3(to_expected));
-  if (outline) {
-    const Matrix6 said = outline_weight(sums, *outline);
-    sums.A += said;
-    sums.h += said * conditioning().conditioned(
-                         log_se3(D.inverse() * outline->T_camera_object * view_.T_camera_object().inverse()));
-  }
-  return sums;
-}
-
 Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion,
                                 const OutlineEstimate* outline) {
   Estimate estimate;
@@ -143,10 +106,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
-  if (level == finest_ && estimate.solved) {
-    const double weight = expectation_weight(estimate.sums);
-    estimate.deviation = posterior_deviation(estimate.sums.A, weight, expectation_deviation());
-  }
+  if (level == finest_ && estimate.solved) estimate.deviation = left_open(estimate.sums);
   estimate.score = score_of(estimate);
   return estimate;
 }
@@ -158,7 +118,9 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
       observed_stretch(constraints_, level_camera, view_.T_camera_object(), conditioning(), estimate.last_step);
   tile_equations(constraints_.tile_sums(), constraints_.tiles(), equations_);
   if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums, equations_);
-  Prior prior = Prior::alike(expectation_weight(sums), expectation_deviation());
+  const double square = observation_square(sums);
+  const Matrix6 expectation = square * expectation_information();
+  Prior prior{expectation, square * expectation};
   const Matrix6 moved = options_.motion_blur && moved_ ? restlessness_.within(look_.exposure) : Matrix6::Zero();
   const double curvature =
       options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
@@ -170,7 +132,7 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
   estimate.covariance = estimate.texture_covariance = covariance();
   if (!outline) return;
   const Matrix6 said = outline_weight(sums, *outline);
-  prior.scores += said * kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
+  prior.scores += square * said;
   prior.weight += said;
   estimate.covariance = covariance();
 }

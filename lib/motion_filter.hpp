@@ -1,0 +1,32 @@
+#pragma once
+
+#include "flow_constraints.hpp"
+
+namespace holdfast {
+
+/// How surely a followed object's pose and velocity are known together, conditioned: the covariance of a Kalman filter
+/// whose velocity changes at random from frame to frame (equation 12b of docs/math.md). From it comes how surely the
+/// next pose is expected, and how much of what the pose is then off by is the velocity's: all of it where poses are
+/// sure, little where they mostly follow what was expected of them.
+class MotionFilter {
+ public:
+  /// Nothing is known any more.
+  void clear() { *this = {}; }
+  /// The object goes on by its velocity for a frame.
+  void predict();
+  /// Covariance of the pose; after predict(), of the one expected.
+  Matrix6 pose_covariance() const { return covariance_.topLeftCorner<6, 6>(); }
+  /// The expected pose was looked for, and is now known this well. Returns the matrix that takes what it was off by to
+  /// what the velocity, a frame, was.
+  Matrix6 update(const Matrix6& pose_covariance);
+
+ private:
+  using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+  /// Object radii and radians, standard deviation, of pose and velocity that nothing is known of.
+  static constexpr double kUnknown = 1;
+
+  Matrix12 covariance_ = kUnknown * kUnknown * Matrix12::Identity();  ///< of the pose, and of its velocity a frame
+};
+
+}  // namespace holdfast

@@ -1,0 +1,75 @@
+// What is expected of the next pose, and what that counts beside the rows.
+#include <algorithm>
+
+#include "tracker_impl.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Pixels that share their noise and three channels: rows that count as one observation.
+constexpr double kRowsPerObservation = 40;
+/// A start's own uncertainty where nothing is expected, and how far an object strays from where it is: object radii and
+/// radians.
+constexpr double kFreeDeviation = 0.3, kStrayDeviation = 0.05;
+
+}  // namespace
+
+void Tracker::Impl::expect() {
+  if (moved_) {
+    motion_filter_.predict();
+  } else {
+    motion_filter_.clear();
+  }
+  expected_ = moved_ && motion_.moving() && options_.predict_velocity;
+  if (!expected_) return;
+  T_expected_ = motion_.predicted();
+  expected_information_ = symmetric_inverse(motion_filter_.pose_covariance());
+}
+
+Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covariance) {
+  if (covariance.trace() <= 0) {
+    motion_filter_.clear();
+    return T_camera_object;
+  }
+  const Matrix6 gain = motion_filter_.update(covariance);
+  if (!expected_) return T_camera_object;
+  const Twist off = conditioning().conditioned(log_se3(T_camera_object * T_expected_.inverse()));
+  return renormalized(exp_se3(conditioning().twist(gain * off)) * T_expected_);
+}
+
+Matrix6 Tracker::Impl::expectation_information() const {
+  return expected_ ? expected_information_ : Matrix6(Matrix6::Identity() / (kFreeDeviation * kFreeDeviation));
+}
+
+double Tracker::Impl::observation_square(const ConstraintSums& sums) {
+  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
+}
+
+Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const {
+  return observation_square(sums) / outline_memory_.excess() * outline.information;
+}
+
+ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D,
+                                               const OutlineEstimate* outline) const {
+  if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
+  // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
+  const Pose to_expected =
+      D.inverse() * (expected_ ? T_expected_ * view_.T_camera_object().inverse() : Pose::Identity());
+  const Matrix6 weight = observation_square(sums) * expectation_information();
+  sums.A += weight;
+  sums.h += weight * conditioning().conditioned(log_se3(to_expected));
+  if (outline) {
+    const Matrix6 said = outline_weight(sums, *outline);
+    sums.A += said;
+    sums.h += said * conditioning().conditioned(
+                         log_se3(D.inverse() * outline->T_camera_object * view_.T_camera_object().inverse()));
+  }
+  return sums;
+}
+
+double Tracker::Impl::left_open(const ConstraintSums& sums) const {
+  const double deviation = expected_ ? kStrayDeviation : kFreeDeviation;
+  return posterior_deviation(sums.A, observation_square(sums) / (deviation * deviation), deviation);
+}
+
+}  // namespace holdfast
