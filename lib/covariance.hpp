@@ -42,11 +42,6 @@ double largest_deviation(const Eigen::Matrix3d& covariance);
 /// that this adds to theirs.
 struct Prior {
   Matrix6 weight, scores;
-
-  /// Of every conditioned unknown alike.
-  static Prior alike(double weight, double deviation) {
-    return {weight * Matrix6::Identity(), weight * weight * deviation * deviation * Matrix6::Identity()};
-  }
 };
 
 /// Conditioned covariance of the pose, S the scores' covariance; the prior is independent of the rows.

@@ -5,8 +5,8 @@
 namespace holdfast {
 
 /// How surely a followed object's pose and velocity are known together, conditioned: the covariance of a Kalman filter
-/// whose velocity changes at random from frame to frame (equation 12b of docs/math.md). From it comes how surely the
-/// next pose is expected, and how much of what the pose is then off by is the velocity's: all of it where poses are
+/// whose velocity changes at random from frame to frame (equations 12b, 12c of docs/math.md). From it comes how surely
+/// the next pose is expected, and how much of what the pose is then off by is the velocity's: all of it where poses are
 /// sure, little where they mostly follow what was expected of them.
 class MotionFilter {
  public:
@@ -16,8 +16,8 @@ class MotionFilter {
   void predict();
   /// Covariance of the pose; after predict(), of the one expected.
   Matrix6 pose_covariance() const { return covariance_.topLeftCorner<6, 6>(); }
-  /// The expected pose was looked for, and is now known this well. Returns the matrix that takes what it was off by to
-  /// what the velocity, a frame, was.
+  /// The expected pose was looked for, and with what was expected is now known this well. Returns the gain: times what
+  /// the pose was off by from there, the change of velocity (a frame) that it tells of.
   Matrix6 update(const Matrix6& pose_covariance);
 
  private:

@@ -419,8 +419,8 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     restlessness_.interrupt();
     motion_.advance(result.T_camera_object, true, moved_to(result.T_camera_object, spread_.covariance()));
   } else if (result.status == Status::held) {
-    const Pose T_moved_to =
-        moved_to(result.T_camera_object, last_.covariance);  // before what conditions it is drawn anew
+    // Before another view is drawn, which would be conditioned otherwise than the covariance is.
+    const Pose T_moved_to = moved_to(result.T_camera_object, last_.covariance);
     look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
     const bool fresh = course_.fresh();  // takes long enough
     course_.visible_pixels = result.visible_pixels;

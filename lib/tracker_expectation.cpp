@@ -8,8 +8,8 @@ namespace {
 
 /// Pixels that share their noise and three channels: rows that count as one observation.
 constexpr double kRowsPerObservation = 40;
-/// A start's own uncertainty where nothing is expected, and how far an object strays from where it is: object radii and
-/// radians.
+/// How far a start may be off where nothing is expected, and how far objects usually stray from where one is: object
+/// radii and radians, standard deviation.
 constexpr double kFreeDeviation = 0.3, kStrayDeviation = 0.05;
 
 }  // namespace
@@ -27,7 +27,7 @@ void Tracker::Impl::expect() {
 }
 
 Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covariance) {
-  if (covariance.trace() <= 0) {
+  if (covariance.trace() <= 0) {  // nothing has told of it yet
     motion_filter_.clear();
     return T_camera_object;
   }

@@ -87,7 +87,8 @@ Covered covered(Make make) {
     const Trial trial = make(random);
     const Twist y = trial.A.ldlt().solve(trial.h);
     const Matrix6 S = score_covariance(equations_of(trial), kColumns, y, trial.A);
-    const Matrix6 covariance = pose_covariance(trial.A, 1, S, Prior::alike(1e-9, 1));
+    const Matrix6 covariance =
+        pose_covariance(trial.A, 1, S, {1e-9 * Matrix6::Identity(), 1e-18 * Matrix6::Identity()});
     const double square = y.dot(covariance.ldlt().solve(y));
     out.reported += square <= kChiSquared6At95;
     out.mean_square += square;
