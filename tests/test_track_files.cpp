@@ -82,10 +82,10 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   const TemporaryFolder folder;
   CsvWriter writer(folder / "poses.csv");
   const std::vector<std::string> header = fields_of(lines_of(folder / "poses.csv").at(0));
-  REQUIRE(header == std::vector<std::string>{"frame",    "time_s",      "status",     "tx",     "ty",
-                                             "tz",       "qx",          "qy",         "qz",     "qw",
-                                             "visible",  "usable",      "gradient",   "passed", "used",
-                                             "residual", "correlation", "iterations", "ms",     "reason"});
+  REQUIRE(header == std::vector<std::string>{"frame",    "time_s", "status",    "tx",       "ty",          "tz",
+                                             "qx",       "qy",     "qz",        "qw",       "visible",     "usable",
+                                             "gradient", "passed", "used",      "residual", "correlation", "iterations",
+                                             "ms",       "reason", "by_outline"});
   int index = 0;
   for (const double angle : kAngles) {
     const TrackedFrame tracked = make_frame(index, Status::held, angle);
@@ -107,7 +107,11 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   }
   writer.write(make_frame(9, Status::lost, 0));
   CHECK(lines_of(folder / "poses.csv").back().find(",lost,") != std::string::npos);
-  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\""));
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\",0"));
+  TrackedFrame by_outline = make_frame(10, Status::held, 0);
+  by_outline.result.by_outline = true;
+  writer.write(by_outline);
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",,1"));
 }
 
 TEST_CASE("a TUM file holds the frames that are held") {
@@ -136,7 +140,8 @@ TEST_CASE("a JSON file is valid after every frame") {
     const nlohmann::json so_far = nlohmann::json::parse(read_file(path));
     CHECK(so_far["run"]["input"] == "a \"b\"");
     CHECK(so_far["frames"].size() == static_cast<std::size_t>(i));
-    const TrackedFrame tracked = make_frame(i, i == 3 ? Status::lost : Status::held, kAngles[i]);
+    TrackedFrame tracked = make_frame(i, i == 3 ? Status::lost : Status::held, kAngles[i]);
+    tracked.result.by_outline = i == 1;
     writer.write(tracked);
     figures.add(tracked);
   }
@@ -153,7 +158,10 @@ TEST_CASE("a JSON file is valid after every frame") {
   CHECK(frame["information"][2][3].get<double>() == 42.5);
   CHECK(frame["pixels"]["used"] == 1003);
   CHECK(frame["ms"]["total"].get<double>() == 5.0);
+  CHECK(frame["by_outline"] == false);
+  CHECK(whole["frames"][1]["by_outline"] == true);
   CHECK(whole["summary"]["held"] == 4);
+  CHECK(whole["summary"]["held_by_outline"] == 1);
   CHECK(whole["summary"]["lost_ranges"] == nlohmann::json::parse("[[3, 3]]"));
   CHECK(whole["summary"]["complete"] == true);
   CHECK(whole["summary"]["frames_per_second"].get<double>() == 2.5);
@@ -300,6 +308,28 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(text.find("7 frames: 4 held, 3 lost") != std::string::npos);
   CHECK(text.find("frames 2 to 3, 6; first: covered") != std::string::npos);
   CHECK(text.find("reading is the slowest") != std::string::npos);
+}
+
+TEST_CASE("a summary's residuals are in one unit: the texture's, or the outline's where there is no other") {
+  const auto summary_of = [](int by_outline) {
+    SummaryBuilder builder;
+    for (int i = 0; i < 5; ++i) {
+      TrackedFrame tracked = make_frame(i, Status::held, 0);
+      tracked.result.by_outline = i < by_outline;
+      if (tracked.result.by_outline) tracked.result.residual = 0.5;
+      builder.add(tracked);
+    }
+    return builder.summary({});
+  };
+  const RunSummary some = summary_of(3);
+  CHECK(some.held_by_outline == 3);
+  CHECK(some.median_residual == doctest::Approx(0.045));
+  CHECK(summary_text(some).find("outline  3 of the frames held") != std::string::npos);
+  CHECK(summary_text(some).find("residual 0.0450\n") != std::string::npos);
+  const RunSummary all = summary_of(5);
+  CHECK(all.median_residual == 0.5);
+  CHECK(summary_text(all).find("lines across the outline used, residual 0.5000 pixels") != std::string::npos);
+  CHECK(summary_text(summary_of(0)).find("outline") == std::string::npos);
 }
 
 TEST_CASE("progress tells what is known") {

@@ -18,8 +18,9 @@ std::string optional_mm(double metres) { return metres < 0 ? "" : fmt::format("{
 
 void write_frames_csv(const std::filesystem::path& path, const std::vector<Evaluation>& evaluations) {
   std::ofstream out(path);
-  out << "sequence,step,offset,frame,visible,counted,failed,status,reason,error_mm,error_x_mm,error_y_mm,error_z_mm,"
-         "error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,passed_pixels,"
+  out << "sequence,step,offset,frame,visible,counted,failed,status,reason,by_outline,error_mm,error_x_mm,error_y_mm,"
+         "error_z_mm,error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,"
+         "passed_pixels,"
          "used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,ms_search,ms_"
          "solve";
   // Upper triangle of FrameResult::information, row by row, and the squared error of the pose that it makes.
@@ -41,9 +42,9 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
       std::string reason = result.reason;
       std::replace(reason.begin(), reason.end(), ',', ';');
       std::replace(reason.begin(), reason.end(), '\n', ' ');
-      out << fmt::format("{},{},{},{},{:.4f},{:d},{:d},{},{}", evaluation.sequence, record.step, record.offset,
+      out << fmt::format("{},{},{},{},{:.4f},{:d},{:d},{},{},{:d}", evaluation.sequence, record.step, record.offset,
                          record.frame, record.visible, record.counted, record.failed,
-                         result.status == Status::held ? "held" : "lost", reason);
+                         result.status == Status::held ? "held" : "lost", reason, result.by_outline);
       out << fmt::format(",{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{}", kMillimetres * record.error.distance(),
                          kMillimetres * record.error.translation.x(), kMillimetres * record.error.translation.y(),
                          kMillimetres * record.error.translation.z(), to_degrees(record.error.rotation),

@@ -103,6 +103,7 @@ ordered_json json_of(const std::vector<FrameRecord>& records) {
       {"offset", column([](const FrameRecord& r) { return r.offset; })},
       {"counted", column([](const FrameRecord& r) { return r.counted; })},
       {"held", column([](const FrameRecord& r) { return r.result.status == Status::held; })},
+      {"by_outline", column([](const FrameRecord& r) { return r.result.by_outline; })},
       {"visible", column([](const FrameRecord& r) { return r.visible; })},
       {"x_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.x(); })},
       {"y_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.y(); })},

@@ -12,7 +12,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* kCsvHeader =
     "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,visible,usable,gradient,passed,used,residual,correlation,iterations,ms,"
-    "reason\n";
+    "reason,by_outline\n";
 
 const char* status_word(Status status) { return status == Status::held ? "held" : "lost"; }
 
@@ -62,6 +62,7 @@ ordered_json frame_json(const TrackedFrame& tracked) {
           {"time_s", tracked.frame.time_s},
           {"status", status_word(result.status)},
           {"reason", result.reason},
+          {"by_outline", result.by_outline},
           {"translation", {t.x(), t.y(), t.z()}},
           {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
           {"pixels",
@@ -92,6 +93,7 @@ ordered_json summary_json(const RunSummary& summary) {
   return {{"frames", summary.frames},
           {"held", summary.held},
           {"lost", summary.lost},
+          {"held_by_outline", summary.held_by_outline},
           {"lost_ranges", std::move(lost_ranges)},
           {"complete", summary.complete},
           {"median_ms", summary.median_ms},
@@ -115,11 +117,11 @@ CsvWriter::CsvWriter(const std::filesystem::path& path) : file_(path) { file_.wr
 
 void CsvWriter::write(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
-  file_.write(fmt::format("{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{}\n", tracked.frame.index,
+  file_.write(fmt::format("{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{},{:d}\n", tracked.frame.index,
                           tracked.frame.time_s, status_word(result.status), pose_text(result.T_camera_object, ','),
                           result.visible_pixels, result.usable_pixels, result.gradient_pixels, result.passed_pixels,
                           result.used_pixels, result.residual, result.correlation, result.iterations, result.ms.total,
-                          csv_field(result.reason)));
+                          csv_field(result.reason), result.by_outline));
 }
 
 TumWriter::TumWriter(const std::filesystem::path& path) : file_(path) {}

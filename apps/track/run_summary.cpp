@@ -65,8 +65,10 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
     }
   } else {
     ++counts_.held;
-    residuals_.push_back(result.residual);
-    used_pixels_.push_back(result.used_pixels);
+    counts_.held_by_outline += result.by_outline;
+    Fit& fit = result.by_outline ? by_outline_ : by_texture_;
+    fit.residuals.push_back(result.residual);
+    fit.used.push_back(result.used_pixels);
   }
   last_was_lost_ = lost;
 }
@@ -76,8 +78,9 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
   summary.complete = !report.interrupted && !report.failure;
   summary.median_ms = median(ms_);
-  summary.median_residual = median(residuals_);
-  summary.median_used_pixels = median(used_pixels_);
+  const Fit& fit = by_texture_.residuals.empty() ? by_outline_ : by_texture_;
+  summary.median_residual = median(fit.residuals);
+  summary.median_used_pixels = median(fit.used);
   summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
   summary.mean_ms = divided(total_ms_, frames);
   summary.read_ms = report.read_s * 1e3 / frames;
@@ -96,8 +99,14 @@ std::string summary_text(const RunSummary& summary) {
     text += fmt::format("  lost     frames {}{}\n", text_of(summary.lost_ranges),
                         summary.first_loss_reason.empty() ? "" : "; first: " + summary.first_loss_reason);
   }
-  text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} pixels used, residual {:.4f}\n",
-                      summary.median_ms, summary.median_used_pixels, summary.median_residual);
+  if (summary.held_by_outline > 0) {
+    text += fmt::format("  outline  {} of the frames held show next to no texture: held by the outline\n",
+                        summary.held_by_outline);
+  }
+  const bool all_by_outline = summary.held > 0 && summary.held_by_outline == summary.held;
+  text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,
+                      summary.median_used_pixels, all_by_outline ? "lines across the outline used" : "pixels used",
+                      summary.median_residual, all_by_outline ? " pixels" : "");
   const StageTimes& ms = summary.mean_ms;
   text += fmt::format(
       "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "

@@ -22,12 +22,14 @@ struct RunSummary {
   std::int64_t frames = 0;
   std::int64_t held = 0;
   std::int64_t lost = 0;
+  std::int64_t held_by_outline = 0;  ///< of those held
   std::vector<FrameRange> lost_ranges;
   std::string first_loss_reason;
-  bool complete = false;          ///< the input was followed to its end
-  double median_ms = 0;           ///< of tracking, all frames
-  double median_residual = 0;     ///< of frames held; 0 where none was
-  double median_used_pixels = 0;  ///< likewise
+  bool complete = false;  ///< the input was followed to its end
+  double median_ms = 0;   ///< of tracking, all frames
+  /// Of frames held by their texture, intensity in [0, 1]; where all were held by their outline, pixels; 0: none held.
+  double median_residual = 0;
+  double median_used_pixels = 0;  ///< of the same frames; by the outline, lines across it
   double frames_per_second = 0;   ///< of the whole run
   StageTimes mean_ms;             ///< of tracking
   double read_ms = 0;             ///< mean a frame, busy time of the other two parts
@@ -46,8 +48,13 @@ class SummaryBuilder {
   StageTimes total_ms_;
   bool last_was_lost_ = false;
   std::vector<double> ms_;
-  std::vector<double> residuals_;
-  std::vector<double> used_pixels_;
+  /// Of the frames held, in units of their own.
+  struct Fit {
+    std::vector<double> residuals;
+    std::vector<double> used;
+  };
+  Fit by_texture_;
+  Fit by_outline_;
 };
 
 /// The summary in a few lines for people.
