@@ -192,10 +192,14 @@ void EvaluateArguments::refuse_idle_options(const CLI::App& app) const {
                  "--csv", "--json", "--plots", "--details"},
                 !marks.empty(), "--marks");
   refuse_without(app, {"--truth", "--partial"}, !poses.empty(), "--poses");
+  refuse_without(app, {"--model", "--model-scale"}, poses.empty() || needs_model_distances(),
+                 "--details, --json or --plots, where poses are compared");
+  refuse_without(app, {"--model-scale"}, poses.empty() || !models.empty(), "--model, where poses are compared");
   refuse_beside(app,
                 {"--protocol", "--step", "--show-start-frame", "--starts", "--start-error", "--start-frames",
                  "--start-seed", "--pictures", "Tracker"},
                 !poses.empty(), "--poses, which tracks nothing");
+  refuse_beside(app, {"--bop-object"}, !truth.empty(), "--truth");
   refuse_without(app, {"--show-start-frame"}, rbot(), "--protocol rbot");
   refuse_without(app, {"--starts", "--start-error", "--start-frames", "--start-seed"}, wrong_starts(),
                  "--protocol starts");

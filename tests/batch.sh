@@ -62,6 +62,19 @@ rm -r results
 "$batch" list results --line 3 >log 2>&1 || fail "--line: $(cat log)"
 [ "$(find results -name poses.csv)" = "results/two words/poses.csv" ] || fail "--line 3 did another"
 
+# What cannot be meant is refused in one line.
+refused() {
+  words=$1 && shift
+  status=0
+  "$batch" "$@" >log 2>&1 || status=$?
+  [ "$status" -eq 2 ] && [ "$(wc -l <log)" -eq 1 ] && grep -q -e "$words" log || fail "$* is not refused: $(cat log)"
+}
+refused "has no line 99, only 1 to 5" list results --line 99
+refused "has no line 0" list results --line 0
+refused "a whole number" list results --line two
+refused "beside --line" list results --line 3 --jobs 2
+refused "'nothing' cannot be read" nothing results
+
 # One thread each, in the calling thread where PoCL can; a driver that the caller names is kept.
 cat >wrapped <<EOF
 #!/bin/sh

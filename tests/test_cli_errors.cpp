@@ -215,6 +215,11 @@ TEST_CASE("Options that would do nothing are refused") {
                                     Arguments{"--start-seed", "2"}, Arguments{"--blur-sigma", "2"}}) {
     evaluate({tracking[0], tracking[1], "--poses", "first.txt", "--truth", "first.txt"}, "beside --poses");
   }
+  for (const std::string option : {"--model", "--model-scale"}) {
+    evaluate({option, "1", "--poses", "first.txt", "--truth", "first.txt"}, "without --details");
+  }
+  evaluate({"--model-scale", "2", "--poses", "first.txt", "--truth", "first.txt", "--details"}, "without --model");
+  evaluate({"--bop-object", "2", "--poses", "first.txt", "--truth", "first.txt"}, "beside --truth");
   evaluate({"--show-start-frame"}, "without --protocol rbot");
   for (const std::string option : {"--starts", "--start-frames", "--start-seed"}) {
     evaluate({option, "2"}, "without --protocol starts");

@@ -252,6 +252,11 @@ TEST_CASE("BOP scene: bad input") {
     return message_of(code, [&] { load_sequence(folder.path(), object); });
   };
   SUBCASE("no object chosen") { CHECK(contains(message(ErrorCode::file, std::nullopt), "--bop-object")); }
+  SUBCASE("an object chosen where there are no objects to choose from") {
+    const Folder plain;
+    write_sequence(plain);
+    CHECK(contains(message_of(ErrorCode::file, [&] { load_sequence(plain.path(), 9); }), "no BOP scene"));
+  }
   SUBCASE("an object that is not there") {
     CHECK(contains(message(ErrorCode::file, 5), "image 2 has no pose of object 5"));
   }

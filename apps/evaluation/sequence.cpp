@@ -424,6 +424,9 @@ Sequence load_sequence(const fs::path& folder, std::optional<int> bop_object) {
   if (fs::exists(folder / "scene_gt.json") || fs::exists(folder / "scene_camera.json")) {
     load_bop(sequence, bop_object);
   } else if (fs::exists(folder / "poses_gt.txt")) {
+    if (bop_object) {
+      bad_file(folder, "no BOP scene, which is what --bop-object chooses in: leave it out");
+    }
     load_plain(sequence);
   } else {
     bad_file(folder, "no sequence: neither poses_gt.txt (with frames/ and K.txt) nor scene_gt.json (BOP) is there");
