@@ -20,9 +20,8 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
   std::ofstream out(path);
   out << "sequence,step,offset,frame,visible,counted,failed,status,reason,by_outline,error_mm,error_x_mm,error_y_mm,"
          "error_z_mm,error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,"
-         "passed_pixels,"
-         "used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,ms_search,ms_"
-         "solve";
+         "passed_pixels,used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,"
+         "ms_search,ms_solve";
   // Upper triangle of FrameResult::information, row by row, and the squared error of the pose that it makes.
   for (int row = 0; row < 6; ++row) {
     for (int column = row; column < 6; ++column) out << fmt::format(",information_{}{}", row, column);
