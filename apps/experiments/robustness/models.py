@@ -301,6 +301,27 @@ def mug(seed):
     return printed_only_at(model, [(0, 0.3, 0.12, 0.75), (0.7, 0.3, 1, 0.75)], (200, 200, 190))
 
 
+def ringed(model, seed):
+    """Printed with nothing but rings about the axis."""
+    random = numpy.random.default_rng(seed)
+    rings = numpy.zeros((model.pictures[0].height, 1, 3))
+    y = 0
+    while y < len(rings):
+        height = int(random.integers(15, 70))
+        rings[y:y + height] = random.integers(20, 235, 3)
+        y += height
+    picture = Image.fromarray(rings.astype(numpy.uint8)).resize(model.pictures[0].size, Image.NEAREST)
+    return Model(model.points, model.coordinates, model.corners, None, [picture])
+
+
+def ringed_can(seed):
+    return ringed(can(seed), seed)
+
+
+def ringed_vase(seed):
+    return ringed(vase(seed), seed)
+
+
 def labelled_rock(seed):
     """Plain but for two labels."""
     return printed_only_at(rock_10k(seed), [(0.05, 0.35, 0.25, 0.6), (0.6, 0.5, 0.7, 0.7)], (120, 130, 90))
@@ -326,5 +347,6 @@ def fingers(seed):
 KINDS = {
     "vase": vase, "can": can, "bowl": bowl, "crate": crate, "bracket": bracket, "card": card, "materials": materials,
     "coarse": coarse, "labelled-crate": labelled_crate, "labelled-bracket": labelled_bracket, "mug": mug,
+    "ringed-can": ringed_can, "ringed-vase": ringed_vase,
     "labelled-rock": labelled_rock, "rock-10k": rock_10k, "rock-500k": rock_500k, "fingers": fingers,
 }

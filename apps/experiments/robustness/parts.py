@@ -13,6 +13,7 @@ import measures
 import models
 import outline
 import paths
+import rings
 from bench import CAMERA, Subject
 from document import table
 from measures import text
@@ -250,6 +251,6 @@ def wrong_variants(bench, kind):
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
     "small": small, "outside": outside, "objects": objects, "faint": faint.part, "outline": outline.part,
-    "frame0": frame0.part, "same-twice": same_twice,
+    "rings": rings.part, "frame0": frame0.part, "same-twice": same_twice,
     "ablation": ablation.part,
 }
