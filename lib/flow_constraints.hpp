@@ -15,6 +15,8 @@ struct ConstraintSums {
   double weighted_square = 0;  ///< sum of w r^2
   double weight = 0;
   double rows = 0;
+  Matrix6 A_rows = Matrix6::Zero();  ///< A before light was eliminated
+  double scale = 0;                  ///< of residuals, that the weights were made with
   double visible = 0, usable = 0, gradient = 0, passed = 0, used = 0;  ///< pixels
 };
 

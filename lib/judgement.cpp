@@ -24,6 +24,8 @@ constexpr double kOrdinaryShare = 0.8;
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
+/// Standard deviation of a turn that nothing shows, radians, that is worth a word.
+constexpr double kOpenTurn = 0.2;
 /// Share of the usual texture that may be hidden without a word.
 constexpr double kMuchHidden = 0.4;
 /// Factor by which the light changes within a few frames that is worth a word.
@@ -45,9 +47,9 @@ double turn_deviation(const Matrix6& conditioned_covariance) {
   return largest_deviation(Eigen::Matrix3d(conditioned_covariance.bottomRightCorner<3, 3>()));
 }
 
-double Estimate::turn_deviation() const {
+double Estimate::turn_deviation(bool that_shows) const {
   if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
-  return holdfast::turn_deviation(covariance);
+  return holdfast::turn_deviation(that_shows ? Matrix6(seen * covariance * seen.transpose()) : covariance);
 }
 
 bool is_probable(const Estimate& estimate) {
@@ -59,15 +61,16 @@ bool is_probable(const Estimate& estimate) {
 bool is_good(const Estimate& estimate, const TrackerOptions& options, const Standing& standing) {
   if (!estimate.solved) return false;
   const double share = estimate.used_share();
+  const auto is_turn_sure = [&] { return estimate.turn_deviation(standing.hides_usually) <= kSureTurn; };
   if (estimate.correlation < options.lost_correlation) return false;
   if (share < options.lost_visible_share)
     return !standing.lost_before && !standing.surprising && is_sure_sliver(estimate);
   if (!standing.lost_before) {
     return !standing.surprising ||
-           (estimate.turn_deviation() <= kSureTurn &&
+           (is_turn_sure() &&
             (is_probable(estimate) || (share >= kSurprisingShare && estimate.correlation >= kSurprisingCorrelation)));
   }
-  if (estimate.turn_deviation() > kSureTurn) return false;
+  if (!is_turn_sure()) return false;
   const double usual_share = standing.usual_share > 0 ? standing.usual_share : kOrdinaryShare;
   const bool clear =
       share >= kFoundAtOnce * usual_share || (share >= kFoundClearly && estimate.correlation >= kFoundPartCorrelation);
@@ -96,6 +99,12 @@ std::string why_little_agrees(const Estimate& estimate, const Circumstances& cir
   return "occluded " + percent(hidden_share(estimate, circumstances.usual_share));
 }
 
+std::string why_open(const Estimate& estimate) {
+  constexpr double kDegrees = 57.29577951308232;
+  return "a turn does not show: known to " + std::to_string(std::lround(kDegrees * estimate.turn_deviation())) +
+         " degrees (standard deviation)";
+}
+
 std::string why_it_misfits(const Proportions::Misfit& misfit) {
   char text[96];
   std::snprintf(text, sizeof text, "model at least %.1f %% too large along %c beside %c", 100 * misfit.share,
@@ -110,6 +119,7 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Cir
     if (hidden_share(estimate, circumstances.usual_share) > kMuchHidden && circumstances.usual_share > 0) {
       return {Status::held, why_little_agrees(estimate, circumstances)};
     }
+    if (estimate.hides && estimate.turn_deviation() > kOpenTurn) return {Status::held, why_open(estimate)};
     if (circumstances.gain > kOtherLight || circumstances.gain < 1 / kOtherLight)
       return {Status::held, "light changed"};
     if (circumstances.misfit) return {Status::held, why_it_misfits(*circumstances.misfit)};

@@ -26,6 +26,9 @@ struct Estimate {
   bool solved = false;
   ConstraintSums sums;
   double correlation = 0;
+  /// What the rows show of a motion, conditioned (noise_information.hpp); on the finest level only.
+  Matrix6 seen = Matrix6::Identity();
+  bool hides = false;  ///< along some motion they show nothing but noise
   /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
   double deviation = std::numeric_limits<double>::infinity();
   Twist last_step = Twist::Zero();               ///< conditioned, of the last sums
@@ -33,8 +36,9 @@ struct Estimate {
   Matrix6 covariance = Matrix6::Zero();          ///< conditioned as the sums are; on the finest level only
   Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, by texture and motion, without the outline
 
-  /// Standard deviation of the orientation where it is least sure, radians; infinite where none is known.
-  double turn_deviation() const;
+  /// Standard deviation of the orientation where it is least sure, radians; infinite where none is known. With
+  /// `that_shows`, of what the rows show of it.
+  double turn_deviation(bool that_shows = false) const;
   /// Of the gradient pixels, the share that decided the pose.
   double used_share() const { return sums.used / std::max(1.0, sums.gradient); }
 };
@@ -47,10 +51,11 @@ struct Verdict {
 
 /// What an estimate must live up to.
 struct Standing {
-  bool lost_before = false;  ///< to be found again takes more than to be held on to
-  bool surprising = false;   ///< held before, but not where its motion leads: takes more, too
-  bool expected = false;     ///< there, or seen there by the frames before
-  double usual_share = 0;    ///< of the gradient pixels used, where nothing is in front; 0: not known
+  bool lost_before = false;    ///< to be found again takes more than to be held on to
+  bool surprising = false;     ///< held before, but not where its motion leads: takes more, too
+  bool expected = false;       ///< there, or seen there by the frames before
+  double usual_share = 0;      ///< of the gradient pixels used, where nothing is in front; 0: not known
+  bool hides_usually = false;  ///< how it is turned never shows in full: that it does not speaks against nothing
 };
 
 /// What the words of a verdict are chosen by, too.

@@ -20,6 +20,10 @@ class MotionFilter {
   /// the pose was off by from there, the change of velocity (a frame) that it tells of.
   Matrix6 update(const Matrix6& pose_covariance);
 
+  /// Motions that nothing has told of for long come to rest: any velocity along them is noise. Returns what is left of
+  /// a velocity, conditioned: all of it, the identity, where every motion is known.
+  Matrix6 rest();
+
  private:
   using Matrix12 = Eigen::Matrix<double, 12, 12>;
 

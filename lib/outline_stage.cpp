@@ -32,6 +32,8 @@ constexpr double kAlike = 12, kOutward = 0.2;
 /// What an outline tells of a turn, of what it tells of the one that it shows best, below which it is taken to tell
 /// nothing: rims of round things seem to move a little where they are cut into facets and pixels.
 constexpr double kHiddenTurn = 0.012;
+/// Share of all that an outline tells, below which it tells nothing of a motion that nothing else tells of either.
+constexpr double kNothingTold = 0.005;
 /// Share of the start's own weight that keeps sums invertible.
 constexpr double kLeftFree = 1e-3;
 
@@ -44,6 +46,15 @@ constexpr std::array<OutlineSearch, 6> kOnFinest{kCoarse, kClose, kClose, kClose
 constexpr int kNearbySearches = 3;
 
 }  // namespace
+
+void forget(Matrix6& information, const Twist& motion) {
+  const Twist told = information * motion;
+  information -= told * told.transpose() / std::max(motion.dot(told), 1e-12);
+}
+
+bool hides(const OutlineEstimate& outline, const Twist& motion) {
+  return motion.dot(outline.information * motion) < kNothingTold * outline.information.trace() * motion.squaredNorm();
+}
 
 OutlineStage::OutlineStage(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
                            ViewTemplate& view, DeviceImage& image)
@@ -150,8 +161,7 @@ void OutlineStage::forget_hidden_turns(OutlineEstimate& estimate) {
   for (int i = 0; i < 2 && shown.eigenvalues()(i) < kHiddenTurn * shown.eigenvalues()(2); ++i) {
     Twist motion;
     motion << shift_per_turn * shown.eigenvectors().col(i), shown.eigenvectors().col(i);
-    const Twist told = estimate.information * motion;
-    estimate.information -= told * told.transpose() / std::max(motion.dot(told), 1e-12);
+    forget(estimate.information, motion);
     estimate.hidden_turns.col(estimate.hidden_turn_count++) = motion;
   }
 }

@@ -27,6 +27,13 @@ struct OutlineEstimate {
   int visible_pixels = 0;     ///< pixels of the frame inside the silhouette
 };
 
+/// Takes from `information` all that it tells of this motion; of others it tells as much as before where this one is
+/// free.
+void forget(Matrix6& information, const Twist& motion);
+
+/// Whether the outline tells next to nothing of this motion, conditioned: less than noise may make of it.
+bool hides(const OutlineEstimate& outline, const Twist& motion);
+
 /// Follows the outline of an object through a frame: draws its silhouette, looks for its edges along lines across it,
 /// moves it there, coarse to fine, first by what colours belong to it, then by how much of it each pixel at the edge
 /// shows.

@@ -37,7 +37,9 @@ Solution solve(const ConstraintSums& sums, const Conditioning& conditioning, dou
   if (sums.rows < 6) return solution;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(sums.A, Eigen::EigenvaluesOnly);
   solution.smallest_eigenvalue = eigen.eigenvalues()(0);
-  if (!(solution.smallest_eigenvalue > 1e-9 * eigen.eigenvalues()(5))) return solution;
+  // Sums of floats are good to 1e-7, but what is expected of a motion that does not show may count far less, and is all
+  // that is known of it.
+  if (!(solution.smallest_eigenvalue > 1e-12 * eigen.eigenvalues()(5))) return solution;
   const Matrix6 damped = sums.A + damping * sums.A.trace() / 6.0 * Matrix6::Identity();
   solution.conditioned = damped.ldlt().solve(sums.h);
   if (!solution.conditioned.allFinite()) return solution;

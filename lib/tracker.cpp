@@ -174,8 +174,10 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
     first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
   }
   if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
+  sums.A_rows = sums.A;
   if (options.elimination) photometry_.eliminate(constraints_, options, sums);
   photometry_.update(level, constraints_);
+  sums.scale = look_.scale[l];
   if (options_.robust_weights && sums.rows > 0) {
     look_.scale[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
   }
@@ -351,6 +353,7 @@ Standing Tracker::Impl::standing(const Estimate& estimate) const {
   result.lost_before = motion_.lost();
   result.surprising = moved_ && corner_motion(motion_.predicted(), estimate.T_camera_object) > kSurprise;
   result.usual_share = course_.usual_share;
+  result.hides_usually = course_.hides_usually();
   // A part of the object may look like another part.
   result.expected = goes_on(motion_.pose(), estimate.T_camera_object, kNearTurn) ||
                     goes_on(motion_.predicted(), estimate.T_camera_object, kNearTurn) ||
@@ -432,6 +435,9 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
     // What is seen when nothing is in front: rises at once, falls slowly.
     course_.usual_share = std::max(share, course_.usual_share + kShareMemory * (share - course_.usual_share));
+    course_.hides = last_.hides;
+    course_.usual_hides +=
+        std::max(1.0 / ++course_.held_frames, kShareMemory) * ((last_.hides ? 1 : 0) - course_.usual_hides);
     course_.usual_gain += kScoreMemory * (photometry_.gain(1) - course_.usual_gain);
     const bool as_usual = look_.usual_fine_score > 0 && last_.score > kUsualScore * look_.usual_fine_score;
     if (as_usual) {

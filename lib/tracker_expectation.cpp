@@ -32,9 +32,15 @@ Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covaria
     return T_camera_object;
   }
   const Matrix6 gain = motion_filter_.update(covariance);
-  if (!expected_) return T_camera_object;
-  const Twist off = conditioning().conditioned(log_se3(T_camera_object * T_expected_.inverse()));
-  return renormalized(exp_se3(conditioning().twist(gain * off)) * T_expected_);
+  Pose T_moved_to = T_camera_object;
+  if (expected_) {
+    const Twist off = conditioning().conditioned(log_se3(T_camera_object * T_expected_.inverse()));
+    T_moved_to = renormalized(exp_se3(conditioning().twist(gain * off)) * T_expected_);
+  }
+  const Matrix6 moving = motion_filter_.rest();
+  if (moving.isIdentity(0)) return T_moved_to;
+  const Twist velocity = conditioning().conditioned(log_se3(T_moved_to * motion_.pose().inverse()));
+  return renormalized(exp_se3(conditioning().twist(moving * velocity)) * motion_.pose());
 }
 
 Matrix6 Tracker::Impl::expectation_information() const {
@@ -45,13 +51,33 @@ double Tracker::Impl::observation_square(const ConstraintSums& sums) {
   return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
 }
 
-Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const {
-  return observation_square(sums) / outline_memory_.excess() * outline.information;
+Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline,
+                                      const Seen& motion) const {
+  Matrix6 information = outline.information;
+  for (int i = 0; i < motion.hidden; ++i) {
+    if (hides(outline, motion.hidden_motions.col(i))) forget(information, motion.hidden_motions.col(i));
+  }
+  return observation_square(sums) / outline_memory_.excess() * information;
 }
 
-ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D,
+Seen Tracker::Impl::seen_motion(const ConstraintSums& sums, int level) const {
+  if (options_.mode == Mode::paper) return {};
+  // Away from where it fits more is left over than noise.
+  const double left_over = sums.weighted_square / std::max(1.0, sums.weight);
+  const double noise_square = course_.fresh() ? left_over : std::min(left_over, sums.scale * sums.scale);
+  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  // With light eliminated by cells' middles A may be less than nothing along motions that the rows do show.
+  return holdfast::seen_motion(sums.A_rows, noise_information(constraints_.tile_sums(), constraints_.tiles(), camera,
+                                                              conditioning(), noise_square));
+}
+
+ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D, const Seen& motion,
                                                const OutlineEstimate* outline) const {
   if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
+  if (motion.hidden > 0) {
+    sums.A = motion.of(sums.A);
+    sums.h = motion.seen.transpose() * sums.h;
+  }
   // Without an expectation the view drawn is one, a weak one: what the constraints leave free stays as it is.
   const Pose to_expected =
       D.inverse() * (expected_ ? T_expected_ * view_.T_camera_object().inverse() : Pose::Identity());
@@ -59,7 +85,7 @@ ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& 
   sums.A += weight;
   sums.h += weight * conditioning().conditioned(log_se3(to_expected));
   if (outline) {
-    const Matrix6 said = outline_weight(sums, *outline);
+    const Matrix6 said = outline_weight(sums, *outline, motion);
     sums.A += said;
     sums.h += said * conditioning().conditioned(
                          log_se3(D.inverse() * outline->T_camera_object * view_.T_camera_object().inverse()));

@@ -122,7 +122,12 @@ void Tracker::Impl::report_outline_of_textured(const OutlineEstimate& outline, F
   spread_.carry(result.T_camera_object, motion_.moving() && !motion_.lost());
   spread_.add(outline_memory_.trusted_information(outline));
   result.information = outline.conditioning.information(symmetric_inverse(spread_.covariance()));
-  if (result.status == Status::held && turn_deviation(spread_.covariance()) > kSureTurn) {
+  Matrix6 seen = Matrix6::Identity();
+  for (int i = 0; course_.hides_usually() && i < outline.hidden_turn_count; ++i) {
+    const Twist turn = outline.hidden_turns.col(i);
+    seen.rightCols<3>() -= turn * turn.tail<3>().transpose();
+  }
+  if (result.status == Status::held && turn_deviation(seen * spread_.covariance() * seen.transpose()) > kSureTurn) {
     result.status = Status::lost;
     result.reason = "little texture in view, and the outline does not tell how it is turned";
   }

@@ -14,6 +14,7 @@
 #include "keyframes.hpp"
 #include "motion_filter.hpp"
 #include "motion_model.hpp"
+#include "noise_information.hpp"
 #include "occlusion.hpp"
 #include "outline_memory.hpp"
 #include "outline_stage.hpp"
@@ -169,19 +170,22 @@ struct Tracker::Impl {
   Estimate iterate(int level, Pose& D, int iterations, double most_motion = kAnyMotion,
                    const OutlineEstimate* outline = nullptr);
   /// The sums with what is expected of the pose added as six more observations, and what an outline says as six others.
-  ConstraintSums with_expectation(ConstraintSums sums, const Pose& D, const OutlineEstimate* outline) const;
+  ConstraintSums with_expectation(ConstraintSums sums, const Pose& D, const Seen& motion,
+                                  const OutlineEstimate* outline) const;
   /// Notes where the object is expected in the next frame, and how surely.
   void expect();
   /// It was found, with this covariance. Returns where its velocity has taken it: the pose itself where that is sure.
   Pose moved_to(const Pose& T_camera_object, const Matrix6& covariance);
   /// Of the pose expected, conditioned; where none is, of a start.
   Matrix6 expectation_information() const;
+  /// What the last sums, of this level, show of the pose: of a motion of which noise alone would say as much, nothing.
+  Seen seen_motion(const ConstraintSums& sums, int level) const;
   /// What an observation is off by, squared, in units of the rows' own errors.
   static double observation_square(const ConstraintSums& sums);
   /// Largest standard deviation that the rows leave of a pose that strays as objects do: object radii and radians.
   double left_open(const ConstraintSums& sums) const;
   /// What the outline's information weighs beside the rows.
-  Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline) const;
+  Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline, const Seen& motion) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
   void measure_spread(Estimate& estimate, const OutlineEstimate* outline = nullptr);
   bool draw(const Pose& T_camera_object, int finest, int count);

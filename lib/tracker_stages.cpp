@@ -88,21 +88,25 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
-    const Solution solution = solve(with_expectation(estimate.sums, D, outline), condition, kDamping);
+    // Coarse levels are asked only where the frame before left a motion open: far from where it fits they would seem
+    // to.
+    const bool asked = course_.hides;
+    const Seen motion = asked ? seen_motion(estimate.sums, level) : Seen();
+    const Solution solution = solve(with_expectation(estimate.sums, D, motion, outline), condition, kDamping);
     ++solved_systems_;
     estimate.solved = solution.solved;
     estimate.last_step = solution.conditioned;
     if (!solution.solved) break;
     const Pose before = D * view_.T_camera_object();
-    const double motion = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
+    const double pixels = corner_motion(before, D * exp_se3(solution.twist) * view_.T_camera_object()) / (1 << level);
     // The rows are linear over about a pixel of blur: do not trust a longer step's length.
-    const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(motion, 1e-9)) : 1.0;
+    const double shortened = iterations > 1 ? std::min(1.0, kLongestStep / std::max(pixels, 1e-9)) : 1.0;
     D = renormalized(D * exp_se3(shortened * solution.twist));
     if (most_motion < kAnyMotion && corner_motion(view_.T_camera_object(), D * view_.T_camera_object()) > most_motion) {
       estimate.solved = false;
       break;
     }
-    if (motion < (level > finest_ ? kConvergedPixelsCoarse : kConvergedPixels)) break;
+    if (pixels < (level > finest_ ? kConvergedPixelsCoarse : kConvergedPixels)) break;
   }
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
@@ -118,6 +122,18 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
       observed_stretch(constraints_, level_camera, view_.T_camera_object(), conditioning(), estimate.last_step);
   tile_equations(constraints_.tile_sums(), constraints_.tiles(), equations_);
   if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums, equations_);
+  const Seen motion = finest_drawn_ == finest_ ? seen_motion(sums, finest_) : Seen();
+  estimate.seen = motion.seen;
+  estimate.hides = motion.hidden > 0;
+  Matrix6 A = sums.A;
+  if (motion.hidden > 0) {
+    A = motion.of(A);
+    for (TileEquations& tile : equations_) {
+      tile.A = motion.of(tile.A);
+      tile.h = motion.seen.transpose() * tile.h;
+      tile.to_dark = motion.seen.transpose() * tile.to_dark;
+    }
+  }
   const double square = observation_square(sums);
   const Matrix6 expectation = square * expectation_information();
   Prior prior{expectation, square * expectation};
@@ -125,13 +141,12 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
   const double curvature =
       options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
   const auto covariance = [&] {
-    const Matrix6 S =
-        score_covariance(equations_, constraints_.tiles().width, estimate.last_step, sums.A + prior.weight);
-    return Matrix6(pose_covariance(sums.A, curvature, S, prior) + moved);
+    const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step, A + prior.weight);
+    return Matrix6(pose_covariance(A, curvature, S, prior) + moved);
   };
   estimate.covariance = estimate.texture_covariance = covariance();
   if (!outline) return;
-  const Matrix6 said = outline_weight(sums, *outline);
+  const Matrix6 said = outline_weight(sums, *outline, motion);
   prior.scores += square * said;
   prior.weight += said;
   estimate.covariance = covariance();

@@ -93,8 +93,13 @@ struct Course {
   bool last_promising = false;     ///< likewise
   bool searching = false;          ///< over the whole picture, since it was lost
   bool faint = false;              ///< the texture seen then left the pose unsure: the outline is asked too
+  bool hides = false;              ///< the rows seen then left a motion open: they showed nothing but noise of it
+  double usual_hides = 0;          ///< share of the frames held by texture that did, running mean
+  int held_frames = 0;             ///< that is of
   int probable_frames = 0;         ///< how often in a row, up to there, something that went on was probably the object
 
+  /// Whether most frames leave a motion open; before the first, whether they may.
+  bool hides_usually() const { return held_frames == 0 || usual_hides > 0.5; }
   /// Whether nothing has been held yet, or not since the finest level changed.
   bool fresh() const { return gradient_pixels <= 0; }
 };
