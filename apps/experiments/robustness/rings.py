@@ -10,8 +10,8 @@ from document import table
 from measures import text
 
 HEAD = ["object", "condition", "mode", "frames held", "median, mm", "axis off by, deg: median / largest",
-        "turn about the axis goes astray, deg a frame: median / largest",
-        "its standard deviation as reported, deg: median", "frames lost or failed", "held but wrong"]
+        "turn about the axis goes astray, deg a frame: median / largest", "the object's own, deg a frame: median",
+        "its standard deviation as reported, deg: median", "inside two of them, % of frames held", "frames lost or failed", "held but wrong"]
 AXIS = numpy.array([0.0, 1.0, 0.0])  # models.turned() turns profiles about it
 
 
@@ -19,11 +19,16 @@ def rotation(row, whose):
     return numpy.array([[measures.number(row, "{}_{}{}".format(whose, i, j)) for j in range(3)] for i in range(3)])
 
 
+def about_axis(turn):
+    """Degrees."""
+    return math.degrees(math.atan2(turn[0, 2] - turn[2, 0], turn[0, 0] + turn[2, 2]))
+
+
 def errors(row):
     """The angle between the true axis and the estimated one, and the turn about it that is left: degrees."""
     off = rotation(row, "true").T @ rotation(row, "estimated")
     axis = math.degrees(math.acos(min(1.0, max(-1.0, AXIS @ off @ AXIS))))
-    return axis, math.degrees(math.atan2(off[0, 2], off[0, 0]))
+    return axis, about_axis(off)
 
 
 def reported_deviation(row):
@@ -56,8 +61,12 @@ def part(bench, recorded):
                 astray = [abs((b - a + 180) % 360 - 180) for a, b in zip(about, about[1:])]
                 held = sum(map(measures.held, run.rows))
                 distance = statistics.median(measures.error(r)[0] for r in run.rows)
-                deviation = statistics.median(reported_deviation(r) for r in run.rows)
+                own = statistics.median(abs(about_axis(rotation(a, "true").T @ rotation(b, "true")))
+                                        for a, b in zip(run.rows, run.rows[1:]))
+                deviations = [reported_deviation(r) for r in run.rows]
+                inside = [abs(a) <= 2 * d for a, d, r in zip(about, deviations, run.rows) if measures.held(r)]
                 rows.append([kind, condition, mode, "{} of {}".format(held, len(run)), text(distance),
                              *("{} / {}".format(text(statistics.median(v)), text(max(v))) for v in (axis, astray)),
-                             text(deviation), run.bad(), run.wrong()])
+                             text(own), text(statistics.median(deviations)), text(100 * sum(inside) / len(inside)),
+                             run.bad(), run.wrong()])
     return table(HEAD, rows)
