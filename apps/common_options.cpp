@@ -197,7 +197,7 @@ void TrackerArguments::add_to(CLI::App& app) {
 
   add(
       app, "--redundancy,!--no-redundancy", [](O& o) -> bool& { return o.redundancy; },
-      "Drop channels whose gradient repeats the strongest one's direction");
+      "Add up channels whose gradient repeats the strongest one's direction");
   add(
       app, "--redundancy-cosine", [](O& o) -> double& { return o.redundancy_cosine; },
       "|cos| above which a channel repeats another");
@@ -254,6 +254,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--predict-velocity,!--no-predict-velocity", [](O& o) -> bool& { return o.predict_velocity; },
       "Try going on as it moved beside no motion");
+  add(
+      app, "--expected-motion,!--no-expected-motion", [](O& o) -> bool& { return o.expected_motion; },
+      "Where its motion leads counts beside the rows, as surely as poses are known");
   add(
       app, "--correlation-search,!--no-correlation-search", [](O& o) -> bool& { return o.correlation_search; },
       "Shift search on the coarsest level");

@@ -175,8 +175,43 @@ __kernel void flow_constraints(__global const float* value, __global const float
       strongest_channel = CHOOSE(strongest_channel, (lane_int)(c), stronger);
     }
 
+    /* Rows that repeat a leading channel's are added to its row: their gradients are taken along its own (13). */
+    lane_int second_channel = (lane_int)(-1);
+    if (k.redundancy) {
+      lane_float second = (lane_float)(k.gradient_minimum2), tx = zero, ty = zero;
+#pragma unroll
+      for (int c = 0; c < HF_CHANNELS; ++c) {
+        const lane_float along = fma(vx[c], sx, vy[c] * sy);
+        const lane_int leads = (along * along <= k.redundancy_cosine2 * m2[c] * strongest) & (m2[c] > second);
+        second = CHOOSE(second, m2[c], leads);
+        tx = CHOOSE(tx, vx[c], leads);
+        ty = CHOOSE(ty, vy[c], leads);
+        second_channel = CHOOSE(second_channel, (lane_int)(c), leads);
+      }
+      lane_float first_x = gx[0], first_y = gy[0], second_x = gx[0], second_y = gy[0];
+#pragma unroll
+      for (int c = 1; c < HF_CHANNELS; ++c) {
+        first_x = CHOOSE(first_x, gx[c], strongest_channel == c);
+        first_y = CHOOSE(first_y, gy[c], strongest_channel == c);
+        second_x = CHOOSE(second_x, gx[c], second_channel == c);
+        second_y = CHOOSE(second_y, gy[c], second_channel == c);
+      }
+#pragma unroll
+      for (int c = 0; c < HF_CHANNELS; ++c) {
+        const lane_float by_first = fma(vx[c], sx, vy[c] * sy), by_second = fma(vx[c], tx, vy[c] * ty);
+        /* Whichever it is nearer to in direction. */
+        const lane_int to_second =
+            (second_channel >= 0) & (by_second * by_second * strongest > by_first * by_first * second);
+        const lane_float ox = CHOOSE(first_x, second_x, to_second), oy = CHOOSE(first_y, second_y, to_second);
+        const lane_float length2 = fma(ox, ox, oy * oy);
+        const lane_float share = fma(gx[c], ox, gy[c] * oy) / CHOOSE(one, length2, length2 > 0.0f);
+        const lane_int leading = (strongest_channel == c) | (second_channel == c);
+        gx[c] = CHOOSE(share * ox, gx[c], leading);
+        gy[c] = CHOOSE(share * oy, gy[c], leading);
+      }
+    }
+
     lane_float g11 = zero, g12 = zero, g22 = zero, q1 = zero, q2 = zero;
-    lane_int second_taken = (lane_int)(0);
 #pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
       const lane_float rendered = LOAD(value + c * plane + e), seen = LOAD(samples + c * plane + e);
@@ -202,14 +237,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
         cell[p + 11] = fma(wv, gy[c], cell[p + 11]);
       }
       lane_int keep = used & (m2[c] > 0.0f);
-      if (k.redundancy) {
-        const lane_float along = fma(vx[c], sx, vy[c] * sy);
-        const lane_int independent = (along * along <= k.redundancy_cosine2 * m2[c] * strongest) & !second_taken;
-        const lane_int is_strongest = strongest_channel == c;
-        second_taken |= keep & independent & !is_strongest;
-        keep &= is_strongest | independent;
-        weight = CHOOSE(zero, weight, keep);
-      }
+      if (k.redundancy) keep &= (strongest_channel == c) | (second_channel == c);
       total[HF_SUM_ROWS] += CHOOSE(zero, one, keep);
       total[HF_SUM_W] += CHOOSE(zero, weight, keep);
       total[HF_SUM_WRR] = fma(CHOOSE(zero, weight, keep), r2, total[HF_SUM_WRR]);

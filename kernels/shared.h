@@ -164,8 +164,9 @@ typedef struct {
   HF_INT mean_gradient;    /* 1: mean of both gradients, 0: rendered only */
   HF_INT redundancy;
   HF_FLOAT redundancy_cosine2;
-  HF_FLOAT saturated; /* a channel of the frame at least so bright may be clipped, and weighs nothing */
-  HF_INT elimination; /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
+  HF_FLOAT gradient_minimum2; /* a channel of less has no row of its own beside redundant ones */
+  HF_FLOAT saturated;         /* a channel of the frame at least so bright may be clipped, and weighs nothing */
+  HF_INT elimination;         /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
 } hf_constraints;
 
 typedef struct {

@@ -31,6 +31,7 @@ TrackerOptions TrackerOptions::paper() {
   options.fine_blur_sigma = options.blur_sigma;
   options.lens_blur = false;
   options.mean_gradient = false;
+  options.expected_motion = false;
   options.correlation_search = false;
   options.motion_blur = false;
   options.outline = false;

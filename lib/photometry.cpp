@@ -233,7 +233,7 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
 
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
                            ConstraintSums& sums) const {
-  if (!eliminates(k) || sums.rows <= 0) return;
+  if (!eliminates() || sums.rows <= 0) return;
   const kernel::hf_rect tiles = constraints.tiles();
   for (int row = 0; row < tiles.height; ++row) {
     for (int column = 0; column < tiles.width; ++column) {
@@ -250,7 +250,7 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
 
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
                            const ConstraintSums& sums, std::span<TileEquations> equations) const {
-  if (!eliminates(k) || sums.rows <= 0) return;
+  if (!eliminates() || sums.rows <= 0) return;
   const kernel::hf_rect tiles = constraints.tiles();
   for (int row = 0; row < tiles.height; ++row) {
     for (int column = 0; column < tiles.width; ++column) {

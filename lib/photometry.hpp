@@ -42,7 +42,7 @@ class Photometry {
   void update(int level, const FlowConstraints& constraints);
 
   /// Whether eliminate() does anything with sums made this way.
-  bool eliminates(const kernel::hf_constraints& k) const { return enabled_ && !k.redundancy; }
+  bool eliminates() const { return enabled_; }
 
   /// What the pairs' own uncertainty takes from the constraints: eliminates a gain and a bias a channel and block of
   /// cells from the sums (Schur complement, equation 17 of docs/math.md), so that pose and light are solved for

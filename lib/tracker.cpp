@@ -122,6 +122,7 @@ kernel::hf_constraints Tracker::Impl::constraint_options(int level) const {
   k.mean_gradient = options_.mean_gradient ? 1 : 0;
   k.redundancy = options_.redundancy ? 1 : 0;
   k.redundancy_cosine2 = static_cast<float>(options_.redundancy_cosine * options_.redundancy_cosine);
+  k.gradient_minimum2 = static_cast<float>(options_.occlusion.gradient_minimum * options_.occlusion.gradient_minimum);
   k.saturated = static_cast<float>(options_.mode == Mode::paper ? kNeverSaturated : kSaturated);
   return k;
 }
@@ -155,7 +156,7 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   kernel::hf_constraints options = constraint_options(level);
   options.every = every;
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
-  options.elimination = level == finest_ && photometry_.eliminates(options) ? 1 : 0;
+  options.elimination = level == finest_ && photometry_.eliminates() ? 1 : 0;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   return options;
 }
@@ -404,7 +405,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
-  moved_ = !motion_.lost() && options_.mode != Mode::paper;
+  moved_ = !motion_.lost() && (options_.expected_motion || options_.mode != Mode::paper);
   expect();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
@@ -446,7 +447,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     }
     {
       const Stopwatch watch(times_.total);
-      if (moved_ && !fresh) measure_optics(result.T_camera_object);
+      if (moved_ && !fresh && options_.mode != Mode::paper) measure_optics(result.T_camera_object);
       judge_texture(last_);
     }
     result.ms = times_;

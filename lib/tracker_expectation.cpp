@@ -20,7 +20,7 @@ void Tracker::Impl::expect() {
   } else {
     motion_filter_.clear();
   }
-  expected_ = moved_ && motion_.moving() && options_.predict_velocity;
+  expected_ = moved_ && motion_.moving() && options_.predict_velocity && options_.expected_motion;
   if (!expected_) return;
   T_expected_ = motion_.predicted();
   expected_information_ = symmetric_inverse(motion_filter_.pose_covariance());
@@ -73,7 +73,7 @@ Seen Tracker::Impl::seen_motion(const ConstraintSums& sums, int level) const {
 
 ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D, const Seen& motion,
                                                const OutlineEstimate* outline) const {
-  if (sums.rows < 6 || options_.mode == Mode::paper) return sums;
+  if (sums.rows < 6 || (options_.mode == Mode::paper && !options_.expected_motion)) return sums;
   if (motion.hidden > 0) {
     sums.A = motion.of(sums.A);
     sums.h = motion.seen.transpose() * sums.h;

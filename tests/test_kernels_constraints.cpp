@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -30,8 +31,9 @@ kernel::hf_constraints constraints_of(const Scene& scene, int variant) {
   k.inverse_scale2 = 1 / (0.03f * 0.03f);
   k.freedom = 4;
   k.mean_gradient = variant != 2;
-  k.redundancy = variant == 2;
+  k.redundancy = variant == 2 || variant == 6;
   k.redundancy_cosine2 = 0.81f;
+  k.gradient_minimum2 = 0.01f * 0.01f;
   k.every = variant == 4 ? 3 : 1;
   k.elimination = variant != 3;
   k.saturated = variant == 5 ? 0.55f : 2.0f;
@@ -90,22 +92,46 @@ class Reference {
       r[c] = gain * scene_.value.get(x, y, channel) + bias - seen[c];
       if (gv[c].norm() > gv[strongest].norm()) strongest = c;
     }
-    bool second = false;
+    std::array<Eigen::Vector2d, 3> gradients;
+    for (std::size_t c = 0; c < 3; ++c)
+      gradients[c] = k_.mean_gradient ? Eigen::Vector2d(0.5 * (gv[c] + gi[c])) : gv[c];
+    const std::vector<std::size_t> leading =
+        k_.redundancy ? leading_channels(gv, strongest) : std::vector<std::size_t>{0, 1, 2};
     for (std::size_t c = 0; c < 3; ++c) {
-      const Eigen::Vector2d g = k_.mean_gradient ? Eigen::Vector2d(0.5 * (gv[c] + gi[c])) : gv[c];
+      const bool leads = std::find(leading.begin(), leading.end(), c) != leading.end();
+      const Eigen::Vector2d g = leads ? gradients[c] : along(gradients[c], gradients[nearest(gv, leading, c)]);
       const double unclipped_weight = k_.robust ? 5.0 / (4.0 + r[c] * r[c] / (0.03 * 0.03)) : 1.0;
       const double weight = seen[c] < static_cast<double>(k_.saturated) ? unclipped_weight : 0.0;
       add_moments(sums, c, weight, scene_.value.get(x, y, static_cast<int>(c)), seen[c], r[c], g);
-      if (k_.redundancy && c != strongest) {
-        const bool repeats = std::abs(gv[c].dot(gv[strongest])) > 0.9 * gv[c].norm() * gv[strongest].norm();
-        if (repeats || second) continue;
-        second = true;
-      }
-      add_row(sums, x, y, weight, r[c], g);
+      add_row(sums, x, y, weight, r[c], g, leads);
     }
   }
 
  private:
+  static double sine(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return std::abs(a.x() * b.y() - a.y() * b.x()) / std::max(1e-30, a.norm() * b.norm());
+  }
+
+  static Eigen::Vector2d along(const Eigen::Vector2d& g, const Eigen::Vector2d& direction) {
+    return direction * (direction.dot(g) / std::max(1e-30, direction.squaredNorm()));
+  }
+
+  /// The strongest channel, and the strongest of those whose gradient points elsewhere and is one.
+  static std::vector<std::size_t> leading_channels(const std::array<Eigen::Vector2d, 3>& gv, std::size_t strongest) {
+    std::vector<std::size_t> leading{strongest};
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (c == strongest || gv[c].norm() <= 0.01 || sine(gv[c], gv[strongest]) < std::sqrt(1 - 0.81)) continue;
+      if (leading.size() == 1) leading.push_back(c);
+      if (gv[c].norm() > gv[leading[1]].norm()) leading[1] = c;
+    }
+    return leading;
+  }
+
+  static std::size_t nearest(const std::array<Eigen::Vector2d, 3>& gv, const std::vector<std::size_t>& leading,
+                             std::size_t c) {
+    return leading.size() == 2 && sine(gv[c], gv[leading[1]]) < sine(gv[c], gv[leading[0]]) ? leading[1] : leading[0];
+  }
+
   double sample(int x, int y, std::size_t plane) const {
     return static_cast<double>(samples_[element(scene_.level, x, y) + plane * scene_.level.elements]);
   }
@@ -121,14 +147,16 @@ class Reference {
     }
   }
 
-  void add_row(Sums& sums, int x, int y, double weight, double r, const Eigen::Vector2d& g) const {
+  void add_row(Sums& sums, int x, int y, double weight, double r, const Eigen::Vector2d& g, bool leads) const {
     const Eigen::Vector3d center(static_cast<double>(k_.center[0]), static_cast<double>(k_.center[1]),
                                  static_cast<double>(k_.center[2]));
     const Twist row = reference::flow_row(scene_.camera, x, y, scene_.depth.get(x, y, 0), g.x(), g.y(), center,
                                           static_cast<double>(k_.radius));
-    ++sums.rows;
-    sums.weight += weight;
-    sums.square += weight * r * r;
+    if (leads) {
+      ++sums.rows;
+      sums.weight += weight;
+      sums.square += weight * r * r;
+    }
     sums.A += weight * row * row.transpose();
     sums.h += weight * row * r;
     sums.A_size += weight * (row * row.transpose()).cwiseAbs();
@@ -185,7 +213,7 @@ void check_flow_constraints(const Device::Impl& device, Size size) {
   on_device.run_tests(small_warp(scene, 0.01), make_tests(OcclusionOptions{}));
   const auto classes = on_device.classes();
   const auto samples = on_device.samples();
-  for (int variant = 0; variant < 6; ++variant) {
+  for (int variant = 0; variant < 7; ++variant) {
     CAPTURE(variant);
     const kernel::hf_constraints k = constraints_of(scene, variant);
     const auto tiles = on_device.run_constraints(k);

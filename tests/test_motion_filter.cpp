@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <opencv2/core.hpp>
@@ -142,4 +143,51 @@ TEST_CASE("a small box that sways is not taken farther and farther along the lin
     CHECK(std::sqrt(squares) < 12);
     CHECK(largest < 40);
   }
+}
+
+TEST_CASE("one solution a frame swings to and fro behind a cube, and less with what its motion lets expect") {
+  const Mesh mesh = simulation::textured_box({.seed = 4});
+  simulation::SequenceOptions options;
+  options.camera = {512, 256, 685, 685, 255.5, 127.5, {}};
+  options.frames = 300;
+  options.seed = 4;
+  options.samples = 2;
+  options.sensor.noise = 2;
+  options.motion.style = simulation::MotionStyle::sharp;
+  options.motion.ease = 10;
+  options.motion.speed = 6;
+  options.motion.nearest = 0.6;
+  options.motion.farthest = 1.2;
+  simulation::OccluderOptions cube;
+  cube.kind = simulation::OccluderKind::cube;
+  cube.cube_size = 0.75;
+  options.occluders.push_back(cube);
+  const simulation::Sequence sequence(mesh, options);
+  TrackerOptions paper = TrackerOptions::paper();
+  paper.photometric = true;
+  paper.occlusion.block_vote = true;
+  TrackerOptions steadied = paper;
+  steadied.expected_motion = true;
+  Tracker alone(mesh, options.camera, paper), steady(mesh, options.camera, steadied);
+  alone.reset(sequence.poses().front());
+  steady.reset(sequence.poses().front());
+  std::array<std::vector<double>, 2> depth;  // errors, mm
+  for (int i = 0; i < 205; ++i) {            // it is hidden soon after
+    const cv::Mat frame = sequence.frame(i);
+    const double truth = sequence.poses()[static_cast<std::size_t>(i)].translation().z();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const FrameResult result = (k == 0 ? alone : steady).track(test::view_of(frame));
+      depth[k].push_back(1e3 * (result.T_camera_object.translation().z() - truth));
+    }
+  }
+  // How far an error is from what the two before it would go on to be.
+  const auto swing = [](const std::vector<double>& errors) {
+    double squares = 0;
+    for (std::size_t i = 2; i < errors.size(); ++i) {
+      squares += std::pow(errors[i] - 2 * errors[i - 1] + errors[i - 2], 2) / static_cast<double>(errors.size() - 2);
+    }
+    return std::sqrt(squares);
+  };
+  INFO("swing of the depth's error, mm: ", swing(depth[0]), ", with what motion lets expect ", swing(depth[1]));
+  CHECK(swing(depth[1]) < 0.8 * swing(depth[0]));
 }

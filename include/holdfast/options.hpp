@@ -30,7 +30,7 @@ enum class Mode {
 struct HOLDFAST_EXPORT TrackerOptions {
   Mode mode = Mode::standard;
   OcclusionOptions occlusion;
-  bool redundancy = false;         ///< drop channels whose gradient repeats the strongest one's direction
+  bool redundancy = false;         ///< a channel whose gradient repeats another's direction is added to its row
   double redundancy_cosine = 0.9;  ///< |cos| above which a channel repeats another
   double blur_sigma = 1.0;         ///< Gaussian of both images, pixels of the level
   double fine_blur_sigma = 0.65;   ///< on the finest level, where frames show that the pose is surer with it
@@ -52,6 +52,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool lens_blur = true;           ///< draw the view as blurred as the lens makes it; how much is measured
   bool mean_gradient = true;       ///< rows from the mean of rendered and frame gradients; false: rendered only
   bool predict_velocity = true;    ///< the object may go on as it moved, beside no motion
+  bool expected_motion = true;     ///< where its motion leads counts beside the rows, as surely as poses are known
   bool correlation_search = true;  ///< shift search on the coarsest level
   bool motion_blur = true;  ///< draw the view as blurred as the shutter makes it; how long it is open is measured
   bool challenge = true;    ///< a result worse than usual is challenged by starts turned away from it
