@@ -175,7 +175,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       strongest_channel = CHOOSE(strongest_channel, (lane_int)(c), stronger);
     }
 
-    /* Rows that repeat a leading channel's are added to its row: their gradients are taken along its own (13). */
+    /* Rows that repeat a leading channel's are added to its row: their gradients are taken along its own (13a). */
     lane_int second_channel = (lane_int)(-1);
     if (k.redundancy) {
       lane_float second = (lane_float)(k.gradient_minimum2), tx = zero, ty = zero;
