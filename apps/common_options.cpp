@@ -48,14 +48,30 @@ std::string with_flag(const std::string& message) {
   return "--" + flag + rest;
 }
 
-/// One view and one solution a frame have no use for these.
-void require_effect_in_paper_mode(const TrackerOptions& options) {
-  const TrackerOptions paper = TrackerOptions::paper();
-  const auto require_same = [](auto given, auto own, const char* flag) {
+const std::map<std::string, Preset> kPresets = {
+    {"default", Preset::standard}, {"fast", Preset::fast}, {"paper", Preset::paper}, {"published", Preset::published}};
+
+TrackerOptions options_of(Preset preset) {
+  switch (preset) {
+    case Preset::fast:
+      return TrackerOptions::fast();
+    case Preset::paper:
+      return TrackerOptions::paper();
+    case Preset::published:
+      return TrackerOptions::published();
+    case Preset::standard:
+      break;
+  }
+  return {};
+}
+
+/// One view and one solution a frame, as in `paper`, have no use for these.
+void require_effect_in_paper_mode(const TrackerOptions& options, const TrackerOptions& paper, const std::string& mode) {
+  const auto require_same = [&](auto given, auto own, const char* flag) {
     if (given != own) {
-      throw Error(ErrorCode::invalid_argument, std::string(flag) +
-                                                   " has no effect beside --mode paper, which draws one "
-                                                   "view and solves once a frame: leave one of them out");
+      throw Error(ErrorCode::invalid_argument, std::string(flag) + " has no effect beside --mode " + mode +
+                                                   ", which draws one view and solves once a frame: leave one of "
+                                                   "them out");
     }
   };
   require_same(options.levels, paper.levels, "--levels");
@@ -148,11 +164,9 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
-  add_choice<Mode>(
-      app, "--mode", given_.mode, {{"default", Mode::standard}, {"fast", Mode::fast}, {"paper", Mode::paper}},
-      "The paper's own one-solve tracker, everything on top of it, or that for a quarter of the time [default, "
-      "whose values are "
-      "listed here]")
+  add_choice<Preset>(app, "--mode", preset_, kPresets,
+                     "Everything; that for a quarter of the time; one view and one solution a frame, as the paper's "
+                     "tracker but steadied; or that as published [default, whose values are listed here]")
       ->group(kTrackerGroup);
 
   add(
@@ -288,10 +302,14 @@ void TrackerArguments::add_to(CLI::App& app) {
       "Share of gradient pixels used below which the object is lost");
 }
 
+const char* TrackerArguments::mode_name() const {
+  const auto named =
+      std::find_if(kPresets.begin(), kPresets.end(), [this](const auto& preset) { return preset.second == preset_; });
+  return named->first.c_str();
+}
+
 TrackerOptions TrackerArguments::options() const {
-  TrackerOptions options = given_.mode == Mode::paper  ? TrackerOptions::paper()
-                           : given_.mode == Mode::fast ? TrackerOptions::fast()
-                                                       : TrackerOptions();
+  TrackerOptions options = options_of(preset_);
   for (const auto& override_field : overrides_) {
     override_field(options);
   }
@@ -301,7 +319,7 @@ TrackerOptions TrackerArguments::options() const {
     throw Error(error.code(), with_flag(error.what()));
   }
   if (options.mode == Mode::paper) {
-    require_effect_in_paper_mode(options);
+    require_effect_in_paper_mode(options, options_of(preset_), mode_name());
   }
   return options;
 }

@@ -57,6 +57,9 @@ struct DeviceArguments {
   Device open() const { return Device(options); }
 };
 
+/// What --mode names: TrackerOptions(), fast(), paper() or published().
+enum class Preset { standard, fast, paper, published };
+
 /// --mode and one option for each field of TrackerOptions. What is not given keeps the mode's value.
 class TrackerArguments {
  public:
@@ -67,11 +70,14 @@ class TrackerArguments {
   void add_to(CLI::App& app);
   /// Throws Error(invalid_argument) naming what is out of range, or has no effect in paper mode.
   TrackerOptions options() const;
+  /// As it is given to --mode.
+  const char* mode_name() const;
 
  private:
   template <class Field>
   void add(CLI::App& app, const char* names, Field field, const char* description);
 
+  Preset preset_ = Preset::standard;
   TrackerOptions given_;
   std::vector<std::function<void(TrackerOptions&)>> overrides_;  // each copies one field if its option was given
 };

@@ -171,9 +171,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
         {"cx", seen_by.cx},
         {"cy", seen_by.cy},
         {"distortion", seen_by.distortion}}},
-      {"mode", used.options().mode == Mode::paper  ? "paper"
-               : used.options().mode == Mode::fast ? "fast"
-                                                   : "default"},
+      {"mode", tracker.mode_name()},
       {"tracker", used.description()},
       {"pose_convention", "object to camera, metres; camera axes x right, y down, z forward"},
       {"information_convention",

@@ -15,6 +15,18 @@ void check(bool good, const char* field, const char* range) {
 }  // namespace
 
 TrackerOptions TrackerOptions::paper() {
+  TrackerOptions options = published();
+  options.occlusion.block_vote = true;
+  options.blur_sigma = options.fine_blur_sigma = 0.8;
+  options.robust_weights = true;
+  options.photometric = true;
+  options.light_texels = true;
+  options.expected_motion = true;
+  options.lost_visible_share = 0.05;  // fewer pass these thresholds
+  return options;
+}
+
+TrackerOptions TrackerOptions::published() {
   TrackerOptions options;
   options.mode = Mode::paper;
   options.occlusion.block_vote = false;

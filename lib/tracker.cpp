@@ -20,6 +20,8 @@ constexpr double kScoreMemory = 0.2;  ///< weight of a new score
 /// coarser.
 constexpr double kMostSurprise = 2;
 constexpr int kMostThinning = 4;  ///< every fourth row
+/// Of what passed in the frame before, what passes so suddenly that the vote is taken again.
+constexpr double kFewPass = 0.8;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// How far the object strays from the predicted motion: object radii and radians, standard deviation.
@@ -85,7 +87,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       search_(device.impl(), levels_, most_shifts(levels_, options)),
       photometry_(device.impl(), levels_, options.photometric),
       outline_(device.impl(), levels_, {p_object_center_, radius_}, view_, image_),
-      motion_({p_object_center_, radius_}, options.mode != Mode::paper),
+      motion_({p_object_center_, radius_}, expects_motion()),
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
   has_appearance_ = mesh.has_appearance();
@@ -169,14 +171,22 @@ void Tracker::Impl::decide_all_pixels() {
 ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   const auto l = static_cast<std::size_t>(level);
   D_last_ = D;
-  const kernel::hf_constraints options = last_constraints_ = enqueue_level(level, D, thinning(level));
+  last_constraints_ = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
+  if (options_.occlusion.block_vote && options_.occlusion.vote_relative && level == finest_) {
+    const double before = std::exchange(look_.passing_share, constraints_.passing_share());
+    if (look_.passing_share < kFewPass * before) {
+      // It moves as it did not before: by the last frame's share nearly all that passes would be outvoted.
+      last_constraints_.vote_share = constraint_options(level).vote_share;
+      constraints_.enqueue(view_, occlusion_, level, last_constraints_, photometry_.buffer(level));
+      sums = constraints_.read();
+    }
+  }
   if (level > finest_ || first_gradient_pixels_ <= 0) {
     first_gradient_pixels_ = sums.gradient * looked_at_every_ * (1 << (2 * (level - finest_)));
   }
-  if (options_.occlusion.vote_relative && level == finest_) look_.passing_share = constraints_.passing_share();
   sums.A_rows = sums.A;
-  if (options.elimination) photometry_.eliminate(constraints_, options, sums);
+  if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums);
   photometry_.update(level, constraints_);
   sums.scale = look_.scale[l];
   if (options_.robust_weights && sums.rows > 0) {
@@ -306,6 +316,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
       }
       if (options_.mode == Mode::paper) {
         best = track_once(hypotheses.poses[0]);
+        if (expects_motion() && is_good(best)) remember_score(best);
       } else {
         by_outline = follow_textured(frame, hypotheses, scope, search, best, outline);
       }
@@ -405,7 +416,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
-  moved_ = !motion_.lost() && (options_.expected_motion || options_.mode != Mode::paper);
+  moved_ = !motion_.lost() && expects_motion();
   expect();
   FrameResult result =
       follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);

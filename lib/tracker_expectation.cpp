@@ -73,7 +73,7 @@ Seen Tracker::Impl::seen_motion(const ConstraintSums& sums, int level) const {
 
 ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D, const Seen& motion,
                                                const OutlineEstimate* outline) const {
-  if (sums.rows < 6 || (options_.mode == Mode::paper && !options_.expected_motion)) return sums;
+  if (sums.rows < 6 || !expects_motion()) return sums;
   if (motion.hidden > 0) {
     sums.A = motion.of(sums.A);
     sums.h = motion.seen.transpose() * sums.h;

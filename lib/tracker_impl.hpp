@@ -191,6 +191,8 @@ struct Tracker::Impl {
   bool draw(const Pose& T_camera_object, int finest, int count);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
+  /// Whether motion goes on as it changes, and its expectation counts: not in the paper's tracker as published.
+  bool expects_motion() const { return options_.expected_motion || options_.mode != Mode::paper; }
   /// Pixels of the frame.
   double corner_motion(const Pose& T_a, const Pose& T_b) const;
   /// Whether a pose may be what the other has become in the next frame.

@@ -46,14 +46,14 @@ struct Look {
   std::array<double, kMostLevels> scale = first_scale();  ///< of residuals, a level each
   double usual_score = 1;                                 ///< of the coarse stage, running mean
   double usual_fine_score = 0;                            ///< of the fine stage, likewise; 0: not known yet
-  double confirmed_score = 0;  ///< of the fine stage, less than usual, and that no other start led to more
-  int confirmed_frames = 0;    ///< that this counts for, the one that confirms it included
-  double surviving_share = 1;  ///< of the visible pixels, off the margin, on the finest level of the last frame
-  double passing_share = 1;    ///< of the tests, where nothing is in front, in the last sums
-  double exposure = 0;         ///< share of the time between frames that the shutter is open
-  bool exposed_light = false;  ///< what adds up meanwhile is light, not encoded values
-  int exposure_settled = 0;    ///< how often measuring it has changed nothing
-  int fast_frames = 0;         ///< since it was measured
+  double confirmed_score = 0;   ///< of the fine stage, less than usual, and that no other start led to more
+  int confirmed_frames = 0;     ///< that this counts for, the one that confirms it included
+  double surviving_share = 1;   ///< of the visible pixels, off the margin, on the finest level of the last frame
+  double passing_share = 0.72;  ///< of the tests, where nothing is in front, in the last sums; first as it is at rest
+  double exposure = 0;          ///< share of the time between frames that the shutter is open
+  bool exposed_light = false;   ///< what adds up meanwhile is light, not encoded values
+  int exposure_settled = 0;     ///< how often measuring it has changed nothing
+  int fast_frames = 0;          ///< since it was measured
   Shading shading;
   Optics optics;
 

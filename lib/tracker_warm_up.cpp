@@ -74,7 +74,7 @@ void Tracker::Impl::warm_up() {
   device_.impl().queue.finish();
   view_.clear();
   photometry_.reset();
-  motion_ = MotionModel({p_object_center_, radius_}, options_.mode != Mode::paper);
+  motion_ = MotionModel({p_object_center_, radius_}, expects_motion());
   look_ = {};
   looked_at_every_ = 1;
 }

@@ -69,11 +69,11 @@ class Bounds(unittest.TestCase):
 
     def test_eight_of_ten(self):
         lost, kept = [row(20)], [row(1)]
-        self.assertTrue(tables.tests_off("1", "", [lost] * 8 + [kept] * 2)[0].met())
-        self.assertFalse(tables.tests_off("1", "", [lost] * 7 + [kept] * 3)[0].met())
+        self.assertTrue(tables.tests_off("1", "", "", [lost] * 8 + [kept] * 2)[0].met())
+        self.assertFalse(tables.tests_off("1", "", "", [lost] * 7 + [kept] * 3)[0].met())
         # What happens while hardly anything is visible proves nothing.
         hidden = [row(1), row(200, visible=0.2)]
-        self.assertFalse(tables.tests_off("1", "", [hidden] * 10)[0].met())
+        self.assertFalse(tables.tests_off("1", "", "", [hidden] * 10)[0].met())
 
     def test_held(self):
         self.assertTrue(tables.held_throughout("2", "", "", [[row(49)]])[0].met())

@@ -137,7 +137,7 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, {"follow", "frames"}, {"no command 'follow'", "--help"});
   check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
   check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});
-  check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper"});
+  check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper|published"});
   check_fails(kUsage, track({{"--blur-sigma", "-1"}}), {"--blur-sigma", "[0, 2.6]"});
   check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no-such-option"});
   check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});

@@ -42,6 +42,12 @@ TEST_CASE("Without options a mode's own values stand") {
   CHECK(paper.levels == wanted.levels);
   CHECK(paper.robust_weights == wanted.robust_weights);
   CHECK(paper.occlusion.difference_relative == wanted.occlusion.difference_relative);
+  CHECK(paper.occlusion.block_vote);
+  const TrackerOptions published = parsed({"--mode", "published"});
+  CHECK(published.mode == Mode::paper);
+  CHECK_FALSE(published.occlusion.block_vote);
+  CHECK_FALSE(published.photometric);
+  CHECK(published.blur_sigma == TrackerOptions::published().blur_sigma);
   const TrackerOptions fast = parsed({"--mode", "fast"});
   CHECK(fast.mode == Mode::fast);
   CHECK(fast.most_pixels == TrackerOptions::fast().most_pixels);
@@ -53,7 +59,7 @@ TEST_CASE("Without options a mode's own values stand") {
 }
 
 TEST_CASE("An option changes its field in any mode, and no other") {
-  for (const char* mode : {"default", "fast", "paper"}) {
+  for (const char* mode : {"default", "fast", "paper", "published"}) {
     CAPTURE(mode);
     const TrackerOptions base = parsed({"--mode", mode});
     const TrackerOptions changed = parsed({"--mode", mode, "--blur-sigma", "1.75", "--no-angle-test", "--all-channels",
@@ -117,14 +123,17 @@ TEST_CASE("Paper mode refuses what it has no use for, unless it is as it would b
                                                    {"--search-radius", "64"}, {"--motion-blur"},
                                                    {"--coarse-color"},        {"--lens-blur"},
                                                    {"--challenge"},           {"--recovery"}};
-  for (std::vector<std::string> options : idle) {
+  for (const std::vector<std::string>& options : idle) {
     const std::string flag = options.front();
     CAPTURE(flag);
     CHECK_NOTHROW(parsed(options));
-    options.insert(options.begin(), {"--mode", "paper"});
-    const auto error = error_of([&] { parsed(options); });
-    CHECK(error.code == ErrorCode::invalid_argument);
-    CHECK(error.message.starts_with(flag + " has no effect beside --mode paper"));
+    for (const std::string mode : {"paper", "published"}) {
+      std::vector<std::string> both{"--mode", mode};
+      both.insert(both.end(), options.begin(), options.end());
+      const auto error = error_of([&] { parsed(both); });
+      CHECK(error.code == ErrorCode::invalid_argument);
+      CHECK(error.message.starts_with(flag + " has no effect beside --mode " + mode + ", which"));
+    }
   }
   CHECK_FALSE(parsed({"--mode", "paper", "--no-recovery", "--levels", "1"}).recovery);
 }

@@ -41,7 +41,11 @@ std::vector<std::pair<std::string, TrackerOptions>> modes() {
   plain.motion_blur = plain.correlation_search = plain.shading = plain.light_texels = plain.photometric = false;
   plain.texture_samples = 1;
   plain.levels = 1;
-  return {{"default", {}}, {"fast", TrackerOptions::fast()}, {"paper", TrackerOptions::paper()}, {"plain", plain}};
+  return {{"default", {}},
+          {"fast", TrackerOptions::fast()},
+          {"paper", TrackerOptions::paper()},
+          {"published", TrackerOptions::published()},
+          {"plain", plain}};
 }
 
 void check_same(const FrameResult& a, const FrameResult& b) {

@@ -50,6 +50,30 @@ def simulate_and_track(work, scenario, seeds):
     return folders, runs
 
 
+def paper_parts(work, scenario, folders, runs):
+    """Runs of paper mode by scene, whole and with each part of what steadies it left out."""
+    parts = scenario["paper-parts"]
+    out = {"nothing": {scene: runs[scene, "paper"] for scene in parts["scenes"]}}
+    for part, changes in parts["options"].items():
+        options = tracker_options({**scenario["trackers"]["paper"], **changes})
+        name = "parts/" + "-".join(changes) + "/"
+        out[part] = {scene: work.run(name + scene, folders[scene], options) for scene in parts["scenes"]}
+    return out
+
+
+def fresh_seeds(work, scenario, share):
+    """Runs by scene and tracker on seeds that nothing was chosen by; `share` of them."""
+    fresh = scenario["fresh"]
+    seeds = range(fresh["first"], fresh["first"] + max(1, round(share * fresh["seeds"])))
+    runs = {}
+    for scene in fresh["scenes"]:
+        folders = [work.sequence(scene, seed, scenario["scenes"][scene]) for seed in seeds]
+        for tracker in fresh["trackers"]:
+            options = tracker_options(scenario["trackers"][tracker])
+            runs[scene, tracker] = work.run("fresh/{}/{}".format(scene, tracker), folders, options)
+    return runs
+
+
 def main():
     given = arguments()
     scenario = tomllib.loads((HERE / "scenario.toml").read_text(encoding="utf-8"))
@@ -57,8 +81,11 @@ def main():
     whole = len(seeds) == scenario["seeds"]
     work = Work(given.program, given.work, scenario, given.threads)
     work.expected = (len(seeds) * len(scenario["scenes"]) + sum(map(len, scenario["runs"].values()))
+                     + len(scenario["paper-parts"]["scenes"]) * len(scenario["paper-parts"]["options"])
+                     + len(scenario["fresh"]["scenes"]) * (
+                         scenario["fresh"]["seeds"] * len(seeds) // scenario["seeds"] + len(scenario["fresh"]["trackers"]))
                      + sweeps.steps(scenario, len(seeds)) + pictures.STEPS + 2)
-    print("experiments: {} seeds; ten take about an hour on two cores of an ordinary computer. What {} holds "
+    print("experiments: {} seeds; ten take more than an hour on two cores of an ordinary computer. What {} holds "
           "already is kept.".format(len(seeds), given.work), flush=True)
 
     # A quick pass must not replace the evidence.
@@ -73,6 +100,7 @@ def main():
     folders, runs = simulate_and_track(work, scenario, seeds)
     parts = {
         "bounds": tables.bounds(runs, scenario),
+        "published": tables.published_bounds(runs, scenario),
         "scenes": tables.scenes(runs, scenario),
         "redundancy": tables.redundancy(runs),
         "motion": tables.motion(folders, scenario),
@@ -81,6 +109,8 @@ def main():
     document.fill(target, parts)
     plots.errors_over_time(runs, scenario, images)
     pictures.draw(work, folders, scenario, images)
+    document.fill(target, {"parts": tables.paper_parts(paper_parts(work, scenario, folders, runs))})
+    document.fill(target, {"fresh": tables.fresh_bounds(fresh_seeds(work, scenario, len(seeds) / scenario["seeds"]))})
     document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
     if given.sequences and given.sequences.is_dir():
         document.fill(target, {"recorded": recorded.tables(work, given.sequences)})

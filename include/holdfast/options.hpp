@@ -65,8 +65,13 @@ struct HOLDFAST_EXPORT TrackerOptions {
   double lost_correlation = 0.5;    ///< below: lost
   double lost_visible_share = 0.1;  ///< of the usable gradient pixels that must be used, else lost
 
-  /// The paper's own mode: thresholds and tests as published, one solve a frame.
+  /// One view and one solution a frame, with the paper's tests and thresholds, steadied by the block vote, gain and
+  /// bias, robust weights, a narrower blur, texels averaged as light, and what its motion lets expect
+  /// (docs/experiments.md).
   static TrackerOptions paper();
+
+  /// The same without what steadies it: the paper's tracker as published (de Ruiter and Benhabib, 2008).
+  static TrackerOptions published();
 
   /// Default mode for about a quarter of its time (docs/performance.md), one to eight times its median error (README).
   static TrackerOptions fast();

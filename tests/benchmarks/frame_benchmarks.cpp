@@ -121,6 +121,7 @@ void register_frames(Scenes& scenes) {
     for (const NamedMode& mode : modes()) {
       register_frame(std::string("frame/") + mode.name + "/" + size.name(), scenes, size.scene(), mode.options, kTrack);
     }
+    register_frame("frame/published/" + size.name(), scenes, size.scene(), TrackerOptions::published(), kTrack);
   }
 }
 
@@ -156,6 +157,7 @@ void register_occlusion(Scenes& scenes) {
     for (const bool on : {true, false}) {
       TrackerOptions options = TrackerOptions::paper();
       options.occlusion.gradient_test = options.occlusion.angle_test = options.occlusion.magnitude_test = on;
+      options.occlusion.block_vote = on;
       register_frame(std::string("occlusion/") + (on ? "on/" : "off/") + size.name(), scenes, size.scene(), options,
                      kRefine);
     }
