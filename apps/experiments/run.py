@@ -85,7 +85,7 @@ def main():
                      + len(scenario["fresh"]["scenes"]) * (
                          scenario["fresh"]["seeds"] * len(seeds) // scenario["seeds"] + len(scenario["fresh"]["trackers"]))
                      + sweeps.steps(scenario, len(seeds)) + pictures.STEPS + 2)
-    print("experiments: {} seeds; ten take more than an hour on two cores of an ordinary computer. What {} holds "
+    print("experiments: {} seeds; ten take about an hour and a half on two cores of an ordinary computer. What {} holds "
           "already is kept.".format(len(seeds), given.work), flush=True)
 
     # A quick pass must not replace the evidence.

@@ -28,10 +28,12 @@ def values_of(settings):
 def steps(scenario, seeds):
     """How many results a run makes, at most."""
     sweeps = scenario["sweeps"]
-    seeds, trackers = min(seeds, sweeps["seeds"]), len(sweeps["trackers"])
-    total = sum(trackers * len(values_of(sweeps[name])) for name in OF_TRACKER)
+    seeds = min(seeds, sweeps["seeds"])
+    total = sum(len(trackers_of(scenario, name)) * len(values_of(sweeps[name])) for name in OF_TRACKER)
+    trackers = len(trackers_of(scenario, "speed"))
     total += len(sweeps["speed"]["simulated"]) * (seeds + trackers) + trackers
-    return total + sum(len(sweeps[name]["values"]) * (seeds + trackers) for name in ("box-contrast", "distance"))
+    return total + sum(len(sweeps[name]["values"]) * (seeds + len(trackers_of(scenario, name)))
+                       for name in ("box-contrast", "distance"))
 
 
 def figures(evaluations):
@@ -47,10 +49,14 @@ def sequences_with(work, sweep, seeds, value, settings, changes):
     return [work.sequence(name, seed, {**common, **changes}) for seed in seeds]
 
 
+def trackers_of(scenario, name):
+    return scenario["sweeps"][name].get("trackers", scenario["sweeps"]["trackers"])
+
+
 def of_tracker(work, scenario, name, seeds, folders):
     settings = scenario["sweeps"][name]
     curves = {}
-    for tracker in settings.get("trackers", scenario["sweeps"]["trackers"]):
+    for tracker in trackers_of(scenario, name):
         points = []
         for value in values_of(settings):
             options = tracker_options({**scenario["trackers"][tracker], name: "{:.6g}".format(value)})
@@ -63,7 +69,7 @@ def of_tracker(work, scenario, name, seeds, folders):
 def of_scene(work, scenario, name, seeds):
     settings = scenario["sweeps"][name]
     curves = {}
-    for tracker in scenario["sweeps"]["trackers"]:
+    for tracker in trackers_of(scenario, name):
         points = []
         for value in settings["values"]:
             changes = {"distance": "{:g},{:g}".format(value, 1.2 * value)} if name == "distance" else {name: value}
@@ -78,7 +84,7 @@ def of_scene(work, scenario, name, seeds):
 def of_speed(work, scenario, seeds, folders):
     settings = scenario["sweeps"]["speed"]
     curves = {}
-    for tracker in scenario["sweeps"]["trackers"]:
+    for tracker in trackers_of(scenario, "speed"):
         options = tracker_options(scenario["trackers"][tracker])
         points = []
         for value in settings["simulated"]:
