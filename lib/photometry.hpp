@@ -41,7 +41,7 @@ class Photometry {
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
   void update(int level, const FlowConstraints& constraints);
 
-  /// Whether eliminate() does anything with sums made this way.
+  /// Whether eliminate() does anything.
   bool eliminates() const { return enabled_; }
 
   /// What the pairs' own uncertainty takes from the constraints: eliminates a gain and a bias a channel and block of
