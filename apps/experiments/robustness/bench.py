@@ -127,3 +127,7 @@ class Rows:
         """Of the held frames, per cent inside the 95 % ellipsoid; median of the squared normalised error."""
         values = [measures.number(r, "normalized_error_squared") for r in self.rows if measures.held(r)]
         return 100 * sum(v <= 12.592 for v in values) / len(values), statistics.median(values)
+
+
+def joined(runs):
+    return Rows([row for run in runs for row in run.rows])

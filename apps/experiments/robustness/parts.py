@@ -14,7 +14,7 @@ import models
 import outline
 import paths
 import rings
-from bench import CAMERA, Subject
+from bench import CAMERA, Subject, joined
 from document import table
 from measures import text
 
@@ -102,16 +102,22 @@ COVERED = ["object or sequence", "condition", "inside the 95 % ellipsoid, %", "m
 
 
 def covariance_of(bench, which):
+    """Frames of one motion resemble each other: a hundred of them say little, so that motions are taken together."""
     asked = bench.scenario["covariance"]
+    motions = asked["motions"][which]
     rows = []
     for kind, seed in asked[which].items():
+        every = []
         for condition, changes in asked["conditions"].items():
-            for motion in asked["motions"][which]:
+            runs = []
+            for motion in motions:
                 name = "covariance-{}-{}-{}".format(kind, condition, motion)
                 # The motions of objects that judge are none of those that it was made for.
                 changes = {**changes, "seed": motion + (100 if which == "made_for" else 0)}
-                run = bench.track(name, bench.simulated(name, bench.model(kind, seed), changes))
-                rows.append(covered_row(kind, "{}, motion {}".format(condition, motion), run, asked))
+                runs.append(bench.track(name, bench.simulated(name, bench.model(kind, seed), changes)))
+            rows.append(covered_row(kind, "{}, {} motions".format(condition, len(motions)), joined(runs), asked))
+            every += runs
+        rows.append(covered_row(kind, "all", joined(every), asked))
     return table(COVERED, rows)
 
 
