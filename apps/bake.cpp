@@ -26,6 +26,7 @@
 #include "track/output_file.hpp"
 #include "track/progress.hpp"
 #include "video/frame_source.hpp"
+#include "video/tracker_view.hpp"
 
 namespace holdfast {
 namespace {
@@ -159,10 +160,6 @@ Mesh BakeCommand::load_mesh() const {
   return mesh;
 }
 
-ImageView view_of(const cv::Mat& image) {
-  return {image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
-}
-
 /// A bake starts from nothing but the shape; textures only lend their proportions to coordinates that stay.
 BakeReport BakeCommand::bake_tracked() const {
   FrameSourceOptions source_options;
@@ -183,6 +180,7 @@ BakeReport BakeCommand::bake_tracked() const {
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   const Interruption interruption;
   std::optional<Tracker> follower;
+  cv::Mat grey;
   for (;;) {
     ++report.frames;
     progress.update(report.frames, true);
@@ -197,7 +195,7 @@ BakeReport BakeCommand::bake_tracked() const {
       follower.emplace(completion.model(), calibrated, tracker_options, device.open());
       follower->reset(T_camera_object);
     }
-    const FrameResult result = follower->track(view_of(frame.image));
+    const FrameResult result = follower->track(tracker_view(frame.image, grey));
     report.lost += result.status == Status::lost ? 1 : 0;
     completion.update(*follower, frame.image, result);
   }
@@ -214,10 +212,12 @@ BakeReport BakeCommand::bake_tracked() const {
 class PosedFrames {
  public:
   PosedFrames(const std::vector<std::string>& inputs, const fs::path& poses, const FrameSourceOptions& options)
-      : inputs_(inputs), poses_(evaluation::load_estimated_poses(poses)), file_(poses) {
+      : inputs_(inputs), file_(poses) {
     if (inputs_.size() == 1) {
       source_.emplace(inputs_.front(), options);
+      poses_ = evaluation::load_estimated_poses(poses, source_->frame_rate());
     } else {
+      poses_ = evaluation::load_estimated_poses(poses, std::nullopt);
       if (poses_.entries.size() != inputs_.size()) {
         throw Error(ErrorCode::pose, fmt::format("'{}' has {} poses for {} inputs: give one pose for each",
                                                  poses.string(), poses_.entries.size(), inputs_.size()));

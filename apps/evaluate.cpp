@@ -27,6 +27,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -34,6 +35,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace evaluation;
 
+/// Of images, by which TUM times tell frames.
+constexpr double kFrameRate = 30;
 constexpr const char* kNeverReset = "never-reset";
 constexpr const char* kRbot = "rbot";
 constexpr const char* kStarts = "starts";
@@ -206,16 +209,11 @@ void EvaluateArguments::refuse_idle_options(const CLI::App& app) const {
   refuse_beside(app, {"--step"}, wrong_starts(), "--protocol starts, which shows every frame");
 }
 
-/// Long runs must not end at a file that cannot be written.
-void require_writable(const fs::path& path) {
-  if (!path.empty() && !std::ofstream(path, std::ios::app)) {
-    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
-  }
-}
-
 void prepare_outputs(const EvaluateArguments& arguments) {
-  require_writable(arguments.csv);
-  require_writable(arguments.json);
+  // Long runs must not end at a file that cannot be written.
+  for (const fs::path& file : {arguments.csv, arguments.json}) {
+    if (!file.empty()) require_writable(file);
+  }
   if (!arguments.plots.empty()) {
     require_plotting();
   }
@@ -406,7 +404,7 @@ Sequence sequence_of_poses(const EvaluateArguments& arguments) {
 void evaluate_poses(const EvaluateArguments& arguments) {
   const Sequence sequence = sequence_of_poses(arguments);
   require_visible_shares(arguments, sequence);
-  const EstimatedPoses estimates = load_estimated_poses(arguments.poses);
+  const EstimatedPoses estimates = load_estimated_poses(arguments.poses, kFrameRate);
   Provenance provenance;
   provenance.protocol = "poses";
   provenance.minimum_visible = arguments.minimum_visible;
@@ -431,7 +429,7 @@ int evaluate_marks(const EvaluateArguments& arguments) {
     throw Error(ErrorCode::invalid_argument, "--marks needs --poses and --camera");
   }
   const std::vector<MarkedPoint> marks = load_marked_points(arguments.marks);
-  const EstimatedPoses poses = load_estimated_poses(arguments.poses);
+  const EstimatedPoses poses = load_estimated_poses(arguments.poses, kFrameRate);
   const std::vector<MarkDistance> distances = mark_distances(marks, poses, io::load_camera(arguments.camera));
   fmt::print("{}", mark_table(distances));
   if (arguments.within.empty()) {

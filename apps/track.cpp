@@ -29,6 +29,7 @@
 #include "track/run_files.hpp"
 #include "track/run_summary.hpp"
 #include "video/frame_source.hpp"
+#include "video/tracker_view.hpp"
 
 namespace holdfast {
 namespace {
@@ -179,10 +180,6 @@ std::string TrackCommand::run_json(const Tracker& used) const {
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-ImageView view_of(const cv::Mat& image) {
-  return {image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
-}
-
 int TrackCommand::run() const {
   const Interruption interruption;
   const TrackerOptions options = tracker.options();
@@ -219,6 +216,7 @@ int TrackCommand::run() const {
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
+  cv::Mat grey;
   parts.live = source.live();
   parts.next = [&](Frame& frame) {
     if (first_frame) {
@@ -230,7 +228,7 @@ int TrackCommand::run() const {
   };
   parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
   parts.track = [&](TrackedFrame& tracked) {
-    tracked.result = follower.track(view_of(tracked.frame.image));
+    tracked.result = follower.track(tracker_view(tracked.frame.image, grey));
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
     }

@@ -58,6 +58,15 @@ Rect DeviceImage::region(const Rect& wanted) const {
   return aligned(wanted, alignment, levels_[0].padded_width, levels_[0].padded_height);
 }
 
+void DeviceImage::check(int width, int height) const { check_frame(width, height, camera_); }
+
+void DeviceImage::wait_for_upload() noexcept {
+  if (uploaded_() == nullptr) return;
+  // Not the wrapper's wait, which throws; a queue that failed reads nothing any more.
+  clWaitForEvents(1, &uploaded_());
+  uploaded_ = {};
+}
+
 void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
   check_frame(frame.width, frame.height, camera_);
   check_pairs(frame.format, frame.width, frame.height);
@@ -72,11 +81,11 @@ void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
     if (to <= from) return;
     if (stride == packed) {
       device_.queue.enqueueWriteBuffer(staging_, CL_FALSE, from * packed, (to - from) * packed,
-                                       frame.data + from * stride);
+                                       frame.data + from * stride, nullptr, &uploaded_);
     } else {
       const cl::array<std::size_t, 3> origin{0, from, 0}, extent{packed, to - from, 1};
-      device_.queue.enqueueWriteBufferRect(staging_, CL_FALSE, origin, origin, extent, packed, 0, stride, 0,
-                                           frame.data);
+      device_.queue.enqueueWriteBufferRect(staging_, CL_FALSE, origin, origin, extent, packed, 0, stride, 0, frame.data,
+                                           nullptr, &uploaded_);
     }
   };
   copy_rows(first, last);

@@ -18,10 +18,16 @@ class DeviceImage {
   /// Region of level 0 that contains `wanted` and that every level can be made of.
   Rect region(const Rect& wanted) const;
 
+  /// Throws Error(image) for a frame that enqueue_upload() would not take because of its size.
+  void check(int width, int height) const;
+
   /// Copies the rows that `region` needs (all rows when the lens distorts). The frame's memory must stay valid until
-  /// the queue has been waited for.
+  /// wait_for_upload() or anything later in the queue has been waited for.
   void enqueue_upload(const ImageView& frame, const Rect& region);
   void enqueue_upload(const DeviceImageView& frame, const Rect& region);
+
+  /// Until frames in host memory are not read any more.
+  void wait_for_upload() noexcept;
 
   /// Blurs a level inside `rect_of_level` (of the uploaded region); converts the frame or halves down to the level
   /// where that is needed and was not yet done.
@@ -59,6 +65,7 @@ class DeviceImage {
   ImageFilter& filter_;
   std::vector<LevelBuffers> levels_buffers_;
   cl::Buffer staging_;
+  cl::Event uploaded_;
   std::array<cl::Kernel, 6> convert_;
   Rect region_;
   cl::Buffer bytes_;  ///< of the frame, as it came

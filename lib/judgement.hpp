@@ -9,6 +9,7 @@
 #include "holdfast/options.hpp"
 #include "holdfast/tracker.hpp"
 #include "proportions.hpp"
+#include "solver.hpp"
 
 namespace holdfast {
 
@@ -32,8 +33,10 @@ struct Estimate {
   /// Of the pose, by rows and expectation, where it is largest: object radii and radians; on the finest level only.
   double deviation = std::numeric_limits<double>::infinity();
   Twist last_step = Twist::Zero();               ///< conditioned, of the last sums
+  int looked_at_every = 1;                       ///< row of pixels, for the last sums
+  Conditioning conditioning;                     ///< of the covariances
   Stretch stretch;                               ///< of the object beside its model; on the finest level only
-  Matrix6 covariance = Matrix6::Zero();          ///< conditioned as the sums are; on the finest level only
+  Matrix6 covariance = Matrix6::Zero();          ///< conditioned; on the finest level only
   Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, by texture and motion, without the outline
 
   /// Standard deviation of the orientation where it is least sure, radians; infinite where none is known. With

@@ -26,7 +26,7 @@ double gradient_square(const float* tile, const Camera& camera, double radius) {
 }  // namespace
 
 Matrix6 noise_information(std::span<const float> tile_sums, const kernel::hf_rect& tiles, const Camera& camera,
-                          const Conditioning& conditioning, double noise_square) {
+                          const Conditioning& conditioning, double noise_square, int channels) {
   constexpr int kAcross = HF_TILE / HF_CELL;
   Matrix6 information = Matrix6::Zero();
   const float* tile = tile_sums.data();
@@ -39,7 +39,8 @@ Matrix6 noise_information(std::span<const float> tile_sums, const kernel::hf_rec
         const float* cell = tile + HF_SUM_PHOTO + c * HF_CELL_SUMS;
         const double pixels = cell[HF_CELL_PIXELS];
         if (pixels <= 0) continue;
-        const double weight = cell[0] + cell[HF_PHOTO] + cell[2 * HF_PHOTO];
+        double weight = 0;
+        for (int channel = 0; channel < channels; ++channel) weight += cell[channel * HF_PHOTO];
         const double z = cell[HF_CELL_DEPTH] / pixels;
         const double x = ((tiles.x + column) * kAcross + c % kAcross) * HF_CELL + 0.5 * (HF_CELL - 1);
         const double y = ((tiles.y + row) * kAcross + c / kAcross) * HF_CELL + 0.5 * (HF_CELL - 1);

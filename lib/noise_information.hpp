@@ -12,7 +12,7 @@ namespace holdfast {
 /// a factor which depends on the blur alone, and of their direction (equation 12d of docs/math.md). `tile_sums` as
 /// FlowConstraints has them; `camera` of their level; `noise_square` what the rows are off by, squared.
 Matrix6 noise_information(std::span<const float> tile_sums, const kernel::hf_rect& tiles, const Camera& camera,
-                          const Conditioning& conditioning, double noise_square);
+                          const Conditioning& conditioning, double noise_square, int channels = HF_CHANNELS);
 
 /// Takes from a step, conditioned, what the rows do not show: along it A is no more than noise makes of itself. A step
 /// y becomes `seen` y, A becomes seen^T A seen, h becomes seen^T h; what is left of A has nothing in common with what

@@ -57,7 +57,6 @@ class Photometry {
 
   const cl::Buffer& buffer(int level) const { return cells_[static_cast<std::size_t>(level)].buffer; }
   double gain(int channel) const { return gain_[static_cast<std::size_t>(channel)]; }
-  double bias(int channel) const { return bias_[static_cast<std::size_t>(channel)]; }
 
   /// Sums of view and frame over the used pixels of a cell, of the last sums.
   struct CellLight {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -57,7 +58,13 @@ std::vector<unsigned char> read_binary(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string first_line;
   std::getline(file, first_line);
-  const std::vector<unsigned char> binary{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::vector<unsigned char> binary;
+  // What cannot be read, a folder or a broken disk, throws here and nowhere else.
+  try {
+    binary.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  } catch (const std::exception&) {
+    return {};
+  }
   return first_line + '\n' == seal(binary) ? binary : std::vector<unsigned char>{};
 }
 

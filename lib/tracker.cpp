@@ -24,11 +24,12 @@ constexpr int kMostThinning = 4;  ///< every fourth row
 constexpr double kFewPass = 0.8;
 /// Looser tests on coarse levels: radians, share of the larger gradient, share of the neighbourhood.
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
-/// How far the object strays from the predicted motion: object radii and radians, standard deviation.
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
 /// Pixels from where its motion leads, beyond which a pose is as doubtful as after a loss.
 constexpr double kSurprise = 15;
+/// Pixels from the last frame's pose, within which what was looked at last is that.
+constexpr double kSameLook = 0.5;
 /// A pose within this many radians and object radii of the last frame's may be the same object moving on.
 constexpr double kSameTurn = 0.15, kSamePlace = 1.5;
 /// What is seen in part is believed at once where the object was lost or would have gone, turned by no more than these
@@ -62,6 +63,18 @@ std::size_t most_shifts(const std::vector<Level>& levels, const TrackerOptions& 
   const Level& coarse = levels[std::min<std::size_t>(1, levels.size() - 1)];
   return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
 }
+
+/// A caller's frame is read only during the call, however that ends.
+class FrameInUse {
+ public:
+  explicit FrameInUse(DeviceImage& image) : image_(image) {}
+  ~FrameInUse() { image_.wait_for_upload(); }
+  FrameInUse(const FrameInUse&) = delete;
+  FrameInUse& operator=(const FrameInUse&) = delete;
+
+ private:
+  DeviceImage& image_;
+};
 
 const TrackerOptions& validated(const TrackerOptions& options) {
   options.validate();
@@ -161,6 +174,15 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   options.elimination = level == finest_ && photometry_.eliminates() ? 1 : 0;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
   return options;
+}
+
+void Tracker::Impl::look_at_last() {
+  const Pose T_looked_at = renormalized(D_last_ * view_.T_camera_object());
+  if (!last_.solved || corner_motion(T_looked_at, last_.T_camera_object) < kSameLook) return;
+  if (!draw(last_.T_camera_object, finest_, 1)) return;
+  D_last_ = Pose::Identity();
+  photometry_.start_level(finest_, view_.planes(finest_).tiles);
+  enqueue_level(finest_, D_last_, 1);
 }
 
 void Tracker::Impl::decide_all_pixels() {
@@ -376,7 +398,7 @@ Standing Tracker::Impl::standing(const Estimate& estimate) const {
 
 void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const {
   const ConstraintSums& sums = estimate.sums;
-  result.visible_pixels = static_cast<int>(sums.visible) * looked_at_every_ << (2 * finest_);
+  result.visible_pixels = static_cast<int>(sums.visible) * estimate.looked_at_every << (2 * finest_);
   result.usable_pixels = static_cast<int>(sums.usable);
   result.gradient_pixels = static_cast<int>(sums.gradient);
   result.passed_pixels = static_cast<int>(sums.passed);
@@ -385,7 +407,7 @@ void Tracker::Impl::report(const Estimate& estimate, FrameResult& result) const 
   result.residual = sums.weight > 0 ? std::sqrt(sums.weighted_square / sums.weight) : 0;
   result.correlation = estimate.correlation;
   if (estimate.covariance.trace() > 0) {
-    result.information = conditioning().information(symmetric_inverse(estimate.covariance));
+    result.information = estimate.conditioning.information(symmetric_inverse(estimate.covariance));
   }
   Circumstances circumstances;
   static_cast<Standing&>(circumstances) = standing(estimate);
@@ -412,6 +434,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
+  image_.check(frame.width, frame.height);  // before anything is taken for seen
   if (by_outline_) return track_outline(frame);
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
@@ -432,16 +455,17 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     result.ms = times_;
     restore(before);
     restlessness_.interrupt();
-    motion_.advance(result.T_camera_object, true, moved_to(result.T_camera_object, spread_.covariance()));
+    motion_.advance(result.T_camera_object, true,
+                    moved_to(result.T_camera_object, spread_.covariance(), conditioning()));
   } else if (result.status == Status::held) {
-    // Before another view is drawn, which would be conditioned otherwise than the covariance is.
-    const Pose T_moved_to = moved_to(result.T_camera_object, last_.covariance);
+    const Pose T_moved_to = moved_to(result.T_camera_object, last_.covariance, last_.conditioning);
     look_.confirmed_frames = std::max(0, look_.confirmed_frames - 1);
     const bool fresh = course_.fresh();  // takes long enough
     course_.visible_pixels = result.visible_pixels;
-    course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * looked_at_every_;
-    look_.surviving_share = std::min(1.0, static_cast<double>(result.usable_pixels) *
-                                              (looked_at_every_ << (2 * finest_)) / std::max(1, result.visible_pixels));
+    course_.gradient_pixels = static_cast<double>(result.gradient_pixels) * last_.looked_at_every;
+    look_.surviving_share =
+        std::min(1.0, static_cast<double>(result.usable_pixels) * (last_.looked_at_every << (2 * finest_)) /
+                          std::max(1, result.visible_pixels));
     course_.prediction_error =
         motion_.moving() ? corner_motion(motion_.predicted(), result.T_camera_object) : Course::kUnknown;
     const double share = result.used_pixels / std::max(1.0, static_cast<double>(result.gradient_pixels));
@@ -484,6 +508,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
 
 FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   validate_pose(T_start);
+  image_.check(frame.width, frame.height);
   if (by_outline_ || (options_.outline && !shows_texture(T_start))) return refine_outline(frame, T_start);
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;
@@ -494,9 +519,13 @@ FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   const Course course = course_;
   course_.faint = false;
   const Proportions proportions = proportions_;
+  // Judged as a pose that was given, not as one to be found again.
+  const MotionModel motion = std::exchange(motion_, MotionModel({p_object_center_, radius_}, expects_motion()));
+  motion_.reset(T_start);
   FrameResult result = follow(frame, start, false);
   course_ = course;
   proportions_ = proportions;
+  motion_ = motion;
   restore(before);
   return result;
 }
@@ -542,15 +571,24 @@ void Tracker::reset(const Pose& T_camera_object) {
 }
 
 FrameResult Tracker::track(const ImageView& frame) {
-  return with_device_errors("tracking a frame", [&] { return impl_->track(frame); });
+  return with_device_errors("tracking a frame", [&] {
+    const FrameInUse in_use(impl_->image_);
+    return impl_->track(frame);
+  });
 }
 
 FrameResult Tracker::track(const DeviceImageView& frame) {
-  return with_device_errors("tracking a frame", [&] { return impl_->track(frame); });
+  return with_device_errors("tracking a frame", [&] {
+    const FrameInUse in_use(impl_->image_);
+    return impl_->track(frame);
+  });
 }
 
 FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object) {
-  return with_device_errors("refining a pose", [&] { return impl_->refine(frame, T_camera_object); });
+  return with_device_errors("refining a pose", [&] {
+    const FrameInUse in_use(impl_->image_);
+    return impl_->refine(frame, T_camera_object);
+  });
 }
 
 void Tracker::set_texture(std::size_t material, const Texture& texture) {

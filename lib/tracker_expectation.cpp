@@ -26,7 +26,7 @@ void Tracker::Impl::expect() {
   expected_information_ = symmetric_inverse(motion_filter_.pose_covariance());
 }
 
-Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covariance) {
+Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covariance, const Conditioning& condition) {
   if (covariance.trace() <= 0) {  // nothing has told of it yet
     motion_filter_.clear();
     return T_camera_object;
@@ -34,21 +34,23 @@ Pose Tracker::Impl::moved_to(const Pose& T_camera_object, const Matrix6& covaria
   const Matrix6 gain = motion_filter_.update(covariance);
   Pose T_moved_to = T_camera_object;
   if (expected_) {
-    const Twist off = conditioning().conditioned(log_se3(T_camera_object * T_expected_.inverse()));
-    T_moved_to = renormalized(exp_se3(conditioning().twist(gain * off)) * T_expected_);
+    const Twist off = condition.conditioned(log_se3(T_camera_object * T_expected_.inverse()));
+    T_moved_to = renormalized(exp_se3(condition.twist(gain * off)) * T_expected_);
   }
   const Matrix6 moving = motion_filter_.rest();
   if (moving.isIdentity(0)) return T_moved_to;
-  const Twist velocity = conditioning().conditioned(log_se3(T_moved_to * motion_.pose().inverse()));
-  return renormalized(exp_se3(conditioning().twist(moving * velocity)) * motion_.pose());
+  const Twist velocity = condition.conditioned(log_se3(T_moved_to * motion_.pose().inverse()));
+  return renormalized(exp_se3(condition.twist(moving * velocity)) * motion_.pose());
 }
 
 Matrix6 Tracker::Impl::expectation_information() const {
   return expected_ ? expected_information_ : Matrix6(Matrix6::Identity() / (kFreeDeviation * kFreeDeviation));
 }
 
-double Tracker::Impl::observation_square(const ConstraintSums& sums) {
-  return kRowsPerObservation * sums.weighted_square / std::max(1.0, sums.rows);
+double Tracker::Impl::observation_square(const ConstraintSums& sums) const {
+  const bool grey = image_.grey();
+  return (grey ? kRowsPerObservation / HF_CHANNELS : kRowsPerObservation) * sums.weighted_square /
+         std::max(1.0, sums.rows);
 }
 
 Matrix6 Tracker::Impl::outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline,
@@ -67,8 +69,9 @@ Seen Tracker::Impl::seen_motion(const ConstraintSums& sums, int level) const {
   const double noise_square = course_.fresh() ? left_over : std::min(left_over, sums.scale * sums.scale);
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   // With light eliminated by cells' middles A may be less than nothing along motions that the rows do show.
-  return holdfast::seen_motion(sums.A_rows, noise_information(constraints_.tile_sums(), constraints_.tiles(), camera,
-                                                              conditioning(), noise_square));
+  return holdfast::seen_motion(sums.A_rows,
+                               noise_information(constraints_.tile_sums(), constraints_.tiles(), camera, conditioning(),
+                                                 noise_square, image_.grey() ? 1 : HF_CHANNELS));
 }
 
 ConstraintSums Tracker::Impl::with_expectation(ConstraintSums sums, const Pose& D, const Seen& motion,

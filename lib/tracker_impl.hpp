@@ -164,6 +164,8 @@ struct Tracker::Impl {
   int thinning(int level) const;
   /// Decides every pixel of the last view again, at its last pose.
   void decide_all_pixels();
+  /// Draws the view of the last frame's pose again where something else was tried after it.
+  void look_at_last();
   /// Thresholds of a level: where the motion is not known yet, gradients differ by it.
   OcclusionOptions tests_of(int level) const;
   /// Iterates on the view that is drawn; returns the last sums. `most_motion` and `outline` as in fine_stage().
@@ -175,13 +177,13 @@ struct Tracker::Impl {
   /// Notes where the object is expected in the next frame, and how surely.
   void expect();
   /// It was found, with this covariance. Returns where its velocity has taken it: the pose itself where that is sure.
-  Pose moved_to(const Pose& T_camera_object, const Matrix6& covariance);
+  Pose moved_to(const Pose& T_camera_object, const Matrix6& covariance, const Conditioning& condition);
   /// Of the pose expected, conditioned; where none is, of a start.
   Matrix6 expectation_information() const;
   /// What the last sums, of this level, show of the pose: of a motion of which noise alone would say as much, nothing.
   Seen seen_motion(const ConstraintSums& sums, int level) const;
   /// What an observation is off by, squared, in units of the rows' own errors.
-  static double observation_square(const ConstraintSums& sums);
+  double observation_square(const ConstraintSums& sums) const;
   /// Largest standard deviation that the rows leave of a pose that strays as objects do: object radii and radians.
   double left_open(const ConstraintSums& sums) const;
   /// What the outline's information weighs beside the rows.
@@ -222,6 +224,8 @@ struct Tracker::Impl {
   OutlineEstimate steadied(const OutlineEstimate& estimate, const Pose& T_start);
   /// Whether the surface seen from there has enough texture to be followed by; `doubtful` where too little is seen.
   bool shows_texture(const Pose& T_camera_object, bool doubtful = true);
+  /// The renderer draws the texture as it is from now on, whatever was measured.
+  void draw_plainly();
   /// The same of its other sides, where they surely have.
   bool shows_texture_elsewhere(const Pose& T_camera_object);
   /// Whether it is where the object may be, and looks enough like its outline.

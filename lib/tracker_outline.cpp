@@ -30,6 +30,12 @@ constexpr int kFirstLooks = 2;
 
 }  // namespace
 
+void Tracker::Impl::draw_plainly() {
+  view_.renderer().set_shading(Eigen::Vector3d::Zero());
+  view_.renderer().set_light_texels(false);
+  view_.renderer().set_lens_blur(0);
+}
+
 bool Tracker::Impl::shows_texture(const Pose& T_camera_object, bool doubtful) {
   const Rect object = view_.bounds(T_camera_object);
   int level = 0;
@@ -37,6 +43,7 @@ bool Tracker::Impl::shows_texture(const Pose& T_camera_object, bool doubtful) {
   const Rect rect = coarser(object, level);
   if (rect.empty()) return doubtful;
   std::vector<std::uint8_t> rgba(static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height) * 4);
+  draw_plainly();
   view_.renderer().render(T_camera_object, levels_[static_cast<std::size_t>(level)].camera, rect,
                           {rgba.data(), nullptr, rect.width});
   const std::ptrdiff_t row = 4 * static_cast<std::ptrdiff_t>(rect.width);
@@ -208,10 +215,12 @@ FrameResult Tracker::Impl::refine_outline(const ImageView& frame, const Pose& T_
   start.poses[0] = T_start;
   start.count = 1;
   const ObjectColors colors = outline_.colors();
+  const Course course = course_;
   const MotionModel motion = std::exchange(motion_, MotionModel({p_object_center_, radius_}, true));
   motion_.reset(T_start);
   const FrameResult result = follow_outline(frame, start);
   motion_ = motion;
+  course_ = course;
   outline_.set_colors(colors);
   return result;
 }

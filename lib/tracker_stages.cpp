@@ -88,6 +88,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
   const Conditioning condition = conditioning();
   for (int i = 0; i < iterations; ++i) {
     estimate.sums = evaluate(level, D);
+    estimate.looked_at_every = looked_at_every_;
     // Coarse levels are asked only where the frame before left a motion open: far from where it fits they would seem
     // to.
     const bool asked = course_.hides;
@@ -117,6 +118,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
 
 void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* outline) {
   const ConstraintSums& sums = estimate.sums;
+  estimate.conditioning = conditioning();
   const Camera& level_camera = levels_[static_cast<std::size_t>(finest_drawn_)].camera;
   estimate.stretch =
       observed_stretch(constraints_, level_camera, view_.T_camera_object(), conditioning(), estimate.last_step);
@@ -258,6 +260,7 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool l
   look_.exposed_light = light_before;
   if (!drawn) return estimate;
   estimate.sums = evaluate(level, Pose::Identity());
+  estimate.looked_at_every = looked_at_every_;
   estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;
   estimate.correlation = Photometry::correlation(constraints_);
   estimate.score = score_of(estimate);

@@ -16,6 +16,7 @@ PixelMask Tracker::pixel_mask() const {
       impl.outline_.classify(impl.course_.T_last, impl.finest_, mask.classes);
       return mask;
     }
+    impl.look_at_last();
     impl.decide_all_pixels();
     const int level_index = impl.finest_drawn_;
     const Level& level = impl.levels_[static_cast<std::size_t>(level_index)];
@@ -51,9 +52,7 @@ RenderedView Tracker::rendered_view() const {
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);
-  impl.view_.renderer().set_shading(Eigen::Vector3d::Zero());
-  impl.view_.renderer().set_light_texels(false);
-  impl.view_.renderer().set_lens_blur(0);
+  impl.draw_plainly();
   const DepthRange range =
       impl.view_.renderer().render(view.T_camera_object, impl.levels_[0].camera, {0, 0, view.width, view.height},
                                    {view.rgba.data(), view.depth.data(), 0});

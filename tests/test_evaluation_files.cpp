@@ -357,7 +357,7 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
                "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,ms\n"
                "0,0,held,0,0,0.5,0,0,0,1,2.5\n"
                "2,0.08,lost,0.1,0.2,0.6,0,0,0.70710678,0.70710678,3\n");
-  const EstimatedPoses poses = load_estimated_poses(folder / "poses.csv");
+  const EstimatedPoses poses = load_estimated_poses(folder / "poses.csv", 30);
   REQUIRE(poses.entries.size() == 2);
   CHECK(poses.entries[1].frame == 2);
   CHECK_FALSE(poses.entries[1].held);
@@ -367,7 +367,7 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
 
   const auto message = [&](ErrorCode code, const std::string& text) {
     folder.write("bad.csv", text);
-    return message_of(code, [&] { load_estimated_poses(folder / "bad.csv"); });
+    return message_of(code, [&] { load_estimated_poses(folder / "bad.csv", 30); });
   };
   const std::string heading = "frame,status,tx,ty,tz,qx,qy,qz,qw\n";
   CHECK(contains(message(ErrorCode::file, "frame,tx,ty,tz\n0,0,0,0\n"), "qx"));
@@ -378,7 +378,31 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
   CHECK(contains(message(ErrorCode::file, heading + "1,held,0,0,1,0,0,0,1\n1,held,0,0,1,0,0,0,1\n"), "line 3"));
   CHECK(contains(message(ErrorCode::pose, heading + "0,held,0,0,nan,0,0,0,1\n"), "line 2"));
   CHECK(contains(message(ErrorCode::file, heading), "no poses"));
-  CHECK(contains(message_of(ErrorCode::file, [&] { load_estimated_poses(folder / "missing.csv"); }), "missing.csv"));
+  CHECK(
+      contains(message_of(ErrorCode::file, [&] { load_estimated_poses(folder / "missing.csv", 30); }), "missing.csv"));
+}
+
+TEST_CASE("estimated poses: TUM's times tell frames, matrices come a line a frame") {
+  const Folder folder;
+  const auto frames = [&](const std::string& text, std::optional<double> frame_rate) {
+    folder.write("poses.tum", text);
+    std::vector<int> out;
+    for (const auto& entry : load_estimated_poses(folder / "poses.tum", frame_rate).entries) out.push_back(entry.frame);
+    return out;
+  };
+  const std::string pose = " 0 0 0.5 0 0 0 1\n";
+  const std::string seconds = "0.033333" + pose + "0.1" + pose + "2.0" + pose;  // as a run that lost frames writes them
+  CHECK(frames(seconds, 30) == std::vector<int>{1, 3, 60});
+  CHECK(frames(seconds, 60) == std::vector<int>{2, 6, 120});
+  CHECK(frames(seconds, std::nullopt) == std::vector<int>{0, 1, 2});
+  CHECK(frames("0" + pose + "2" + pose + "5" + pose, 30) == std::vector<int>{0, 2, 5});  // numbers of frames
+  CHECK(frames("1 0 0 0 0 1 0 0 0 0 1 0.5\n1 0 0 0 0 1 0 0 0 0 1 0.5\n", 30) == std::vector<int>{0, 1});
+
+  const auto message = [&](const std::string& text) { return message_of(ErrorCode::file, [&] { frames(text, 30); }); };
+  CHECK(contains(message("0.05" + pose), "30 frames a second"));
+  CHECK(contains(message("1700000000.5" + pose), "counted from the first"));
+  CHECK(contains(message("0.1" + pose + "0.1" + pose), "does not come after"));
+  CHECK(contains(message("-0.1" + pose), "-0.1"));
 }
 
 TEST_CASE("comparison: one estimate a frame, judged as the protocols judge") {
@@ -386,7 +410,7 @@ TEST_CASE("comparison: one estimate a frame, judged as the protocols judge") {
   write_sequence(folder);
   const Sequence sequence = load_sequence(folder.path());
   folder.write("poses.txt", kIdentityAt500 + "0 -1 0 0.1 1 0 0 0.2 0 0 1 0.66\n");
-  const EstimatedPoses estimates = load_estimated_poses(folder / "poses.txt");
+  const EstimatedPoses estimates = load_estimated_poses(folder / "poses.txt", 30);
   const auto records = compare_poses(sequence, estimates, tolerance_mm_deg(50, 5), 0, false);
   REQUIRE(records.size() == 2);
   CHECK_FALSE(records[0].failed);

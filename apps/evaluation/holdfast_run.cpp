@@ -7,13 +7,14 @@
 
 #include "evaluation/occluder_use.hpp"
 #include "holdfast/error.hpp"
+#include "video/tracker_view.hpp"
 
 namespace holdfast::evaluation {
 
 TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
   TrackerUnderTest out;
   out.reset = [&tracker](const Pose& T_camera_object) { tracker.reset(T_camera_object); };
-  out.track = [&tracker, &sequence](int frame) {
+  out.track = [&tracker, &sequence, grey = cv::Mat()](int frame) mutable {
     const std::filesystem::path& path = sequence.frames.at(static_cast<std::size_t>(frame));
     const cv::Mat image = cv::imread(path.string(), cv::IMREAD_COLOR);
     if (image.empty()) {
@@ -24,7 +25,7 @@ TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
                   fmt::format("{}: {}x{} pixels, but the sequence's first frame has {}x{}", path.string(), image.cols,
                               image.rows, sequence.camera.width, sequence.camera.height));
     }
-    const ImageView view{image.data, image.cols, image.rows, image.step[0], PixelFormat::bgr8};
+    const ImageView view = app::tracker_view(image, grey);
     const auto before = std::chrono::steady_clock::now();
     FrameResult result = tracker.track(view);
     result.ms.total = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();

@@ -5,8 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -376,6 +378,38 @@ EstimatedPoses load_table(const fs::path& path) {
   return out;
 }
 
+/// The frame that is shown at this time: files have rounded times, but none between frames.
+int frame_at(double time_s, double frame_rate, const fs::path& path) {
+  constexpr double kBeside = 0.1;
+  const double frame = std::round(time_s * frame_rate);
+  if (!(std::abs(frame - time_s * frame_rate) < kBeside && frame >= 0 && frame <= std::numeric_limits<int>::max())) {
+    bad_file(path,
+             fmt::format("the time {:.6g} s is none of a frame at {:g} frames a second, counted from the first; give "
+                         "the table of 'holdfast track --poses', which has frames' numbers, or the numbers as times",
+                         time_s, frame_rate));
+  }
+  return static_cast<int>(frame);
+}
+
+/// A pose a line.
+EstimatedPoses load_lines(const fs::path& path, std::optional<double> frame_rate) {
+  const std::vector<io::TimedPose> lines = io::load_timed_poses(path);
+  const bool timed =
+      frame_rate && std::all_of(lines.begin(), lines.end(), [](const io::TimedPose& line) { return line.time_s; });
+  const bool numbered = std::all_of(lines.begin(), lines.end(), [](const io::TimedPose& line) {
+    return line.time_s && *line.time_s == std::round(*line.time_s);
+  });
+  EstimatedPoses out;
+  for (const io::TimedPose& line : lines) {
+    const int last = out.entries.empty() ? -1 : out.entries.back().frame;
+    const int frame = timed ? frame_at(*line.time_s, numbered ? 1 : *frame_rate, path) : last + 1;
+    if (frame <= last)
+      bad_file(path, fmt::format("the time {:.6g} s does not come after the one before", *line.time_s));
+    out.entries.push_back({frame, line.T_camera_object, true, 0});
+  }
+  return out;
+}
+
 /// Without a slash at its end, which would make the last name empty.
 fs::path whole_path(const fs::path& folder) {
   const fs::path path = fs::weakly_canonical(folder);
@@ -434,22 +468,15 @@ Sequence load_sequence(const fs::path& folder, std::optional<int> bop_object) {
   return sequence;
 }
 
-EstimatedPoses load_estimated_poses(const fs::path& file) {
+EstimatedPoses load_estimated_poses(const fs::path& file, std::optional<double> frame_rate) {
   std::ifstream in(file);
   if (!in) {
     bad_file(file, "cannot be opened");
   }
   std::string first;
   std::getline(in, first);
-  EstimatedPoses out;
-  if (first.find("frame") != std::string::npos && first.find(',') != std::string::npos) {
-    out = load_table(file);
-  } else {
-    int frame = 0;
-    for (const Pose& pose : io::load_poses(file)) {
-      out.entries.push_back({frame++, pose, true, 0});
-    }
-  }
+  const bool table = first.find("frame") != std::string::npos && first.find(',') != std::string::npos;
+  EstimatedPoses out = table ? load_table(file) : load_lines(file, frame_rate);
   if (out.entries.empty()) {
     bad_file(file, "holds no poses");
   }

@@ -49,7 +49,8 @@ struct EstimatedPoses {
   std::vector<Entry> entries;  ///< by rising frame
 };
 
-/// Throws Error(file) or Error(pose).
-EstimatedPoses load_estimated_poses(const std::filesystem::path& file);
+/// Times of TUM lines tell the frame where `frame_rate` (frames a second) is given, unless all are whole numbers, which
+/// are taken for frames themselves; otherwise a line is a frame. Throws Error(file) or Error(pose).
+EstimatedPoses load_estimated_poses(const std::filesystem::path& file, std::optional<double> frame_rate);
 
 }  // namespace holdfast::evaluation

@@ -6,6 +6,7 @@
 
 #include "holdfast/tracker.hpp"
 #include "init/pose_from_points.hpp"
+#include "video/tracker_view.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -30,7 +31,8 @@ double distance(const std::vector<PointPair>& pairs, const Camera& camera, const
 RefinementOnFrame refine_on_frame(const Mesh& mesh, const Camera& camera, const Device& device, const cv::Mat& frame,
                                   const std::vector<PointPair>& pairs, const Pose& T_camera_object) {
   Tracker tracker(mesh, camera, {}, device);
-  const ImageView view{frame.data, frame.cols, frame.rows, frame.step[0], PixelFormat::bgr8};
+  cv::Mat grey;
+  const ImageView view = tracker_view(frame, grey);
   RefinementOnFrame refinement;
   refinement.T_camera_object = T_camera_object;
   FrameResult result;

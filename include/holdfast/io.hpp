@@ -48,6 +48,14 @@ HOLDFAST_EXPORT Pose load_pose(const std::filesystem::path& path);
 /// All poses of a file, one a line (12 or 16 numbers, or TUM's 8).
 HOLDFAST_EXPORT std::vector<Pose> load_poses(const std::filesystem::path& path);
 
+struct TimedPose {
+  std::optional<double> time_s;  ///< seconds, of a line in TUM's format
+  Pose T_camera_object = Pose::Identity();
+};
+
+/// The same, with the times that stand in it.
+HOLDFAST_EXPORT std::vector<TimedPose> load_timed_poses(const std::filesystem::path& path);
+
 /// Writes a 4x4 matrix as text. Throws Error(output).
 HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 

@@ -109,6 +109,12 @@ Pose load_pose(const fs::path& path) {
 
 std::vector<Pose> load_poses(const fs::path& path) {
   std::vector<Pose> poses;
+  for (const TimedPose& timed : load_timed_poses(path)) poses.push_back(timed.T_camera_object);
+  return poses;
+}
+
+std::vector<TimedPose> load_timed_poses(const fs::path& path) {
+  std::vector<TimedPose> poses;
   for (const NumberLine& line : read_lines(path)) {
     if (!is_pose_line(line)) {
       fail(path, line.line,
@@ -116,7 +122,10 @@ std::vector<Pose> load_poses(const fs::path& path) {
                        "qw)",
                        line.values.size()));
     }
-    poses.push_back(pose_from_line(line, path));
+    TimedPose timed;
+    if (line.values.size() == 8) timed.time_s = line.values.front();
+    timed.T_camera_object = pose_from_line(line, path);
+    poses.push_back(timed);
   }
   return poses;
 }
