@@ -22,6 +22,7 @@
 #include "holdfast/tracker.hpp"
 #include "idle_options.hpp"
 #include "messages.hpp"
+#include "separate_files.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
 #include "track/progress.hpp"
@@ -61,6 +62,7 @@ struct BakeCommand {
   std::optional<std::int64_t> stop;
   baking::CompletionOptions options;
   bool padding_given = false;
+  fs::path config;
   bool quiet = false;
 
   void add_to(CLI::App& command);
@@ -143,10 +145,7 @@ void BakeCommand::check_arguments() const {
     refuse("several inputs need --poses, with a pose for each; --init is for one video or one image");
   }
   require_model_name(out);
-  std::error_code failed;
-  if (fs::equivalent(out, model.path, failed)) {
-    refuse(fmt::format("--out '{}' is the model itself and would be overwritten: give another name", out.string()));
-  }
+  require_separate_files({{}, {}, {out}}, {{camera.path, init.path, poses, config}, inputs, {model.path}});
   require_writable(out);
 }
 
@@ -244,8 +243,8 @@ class PosedFrames {
         return false;
       }
       const auto& entry = poses_.entries[entry_];
-      if (entry.frame == frame.index && entry.held) {
-        T_camera_object = entry.T_camera_object;
+      if (entry.frame == frame.index && entry.held()) {
+        T_camera_object = entry.result.T_camera_object;
         return true;
       }
     }
@@ -265,8 +264,8 @@ class PosedFrames {
                           inputs_[i], source_->size().width, source_->size().height, expected.width, expected.height));
         }
       }
-      if (poses_.entries[i].held && source_->next(frame)) {
-        T_camera_object = poses_.entries[i].T_camera_object;
+      if (poses_.entries[i].held() && source_->next(frame)) {
+        T_camera_object = poses_.entries[i].result.T_camera_object;
         return true;
       }
     }
@@ -364,6 +363,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
     refuse_beside(*command, {"--start", "--stop"}, bake->inputs.size() > 1, "several inputs");
     refuse_beside(*command, {"Tracker"}, !bake->poses.empty(), "--poses, which tracks nothing");
     bake->padding_given = is_given(*command, "--padding");
+    bake->config = config_file(*command);
     exit_code = bake->run();
   });
 }

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <fstream>
+#include <initializer_list>
 #include <map>
 #include <numbers>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "idle_options.hpp"
 #include "messages.hpp"
 
 namespace holdfast::app {
@@ -164,6 +166,7 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
+  app_ = &app;
   add_choice<Preset>(app, "--mode", preset_, kPresets,
                      "Everything; that for a quarter of the time; one view and one solution a frame, as the paper's "
                      "tracker but steadied; or that as published [default, whose values are listed here]")
@@ -302,6 +305,20 @@ void TrackerArguments::add_to(CLI::App& app) {
       "Share of gradient pixels used below which the object is lost");
 }
 
+void TrackerArguments::require_parts(const TrackerOptions& options) const {
+  const auto require = [this](bool on, const char* part, std::initializer_list<const char*> of_it) {
+    refuse_without(*app_, of_it, on, part);
+  };
+  const OcclusionOptions& tests = options.occlusion;
+  require(tests.gradient_test, "--gradient-test", {"--all-channels"});
+  require(tests.angle_test, "--angle-test", {"--angle-maximum", "--angle-together"});
+  require(tests.magnitude_test, "--magnitude-test",
+          {"--difference-maximum", "--difference-relative", "--compare-magnitudes"});
+  require(tests.block_vote, "--block-vote", {"--vote-share", "--vote-relative"});
+  require(options.redundancy, "--redundancy", {"--redundancy-cosine"});
+  require(options.correlation_search, "--correlation-search", {"--search-radius"});
+}
+
 const char* TrackerArguments::mode_name() const {
   const auto named =
       std::find_if(kPresets.begin(), kPresets.end(), [this](const auto& preset) { return preset.second == preset_; });
@@ -321,6 +338,7 @@ TrackerOptions TrackerArguments::options() const {
   if (options.mode == Mode::paper) {
     require_effect_in_paper_mode(options, options_of(preset_), mode_name());
   }
+  require_parts(options);
   return options;
 }
 

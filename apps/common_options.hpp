@@ -68,7 +68,8 @@ class TrackerArguments {
   TrackerArguments& operator=(const TrackerArguments&) = delete;
 
   void add_to(CLI::App& app);
-  /// Throws Error(invalid_argument) naming what is out of range, or has no effect in paper mode.
+  /// Throws Error(invalid_argument) naming what is out of range, or has no effect in paper mode or beside another
+  /// option.
   TrackerOptions options() const;
   /// As it is given to --mode.
   const char* mode_name() const;
@@ -77,6 +78,10 @@ class TrackerArguments {
   template <class Field>
   void add(CLI::App& app, const char* names, Field field, const char* description);
 
+  /// Options of a part that is switched off.
+  void require_parts(const TrackerOptions& options) const;
+
+  const CLI::App* app_ = nullptr;
   Preset preset_ = Preset::standard;
   TrackerOptions given_;
   std::vector<std::function<void(TrackerOptions&)>> overrides_;  // each copies one field if its option was given

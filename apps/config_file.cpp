@@ -1,5 +1,7 @@
 #include "config_file.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -19,6 +21,11 @@ class SubcommandConfig : public CLI::ConfigTOML {
 
   std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
     const std::vector<CLI::App*> subcommands = root_.get_subcommands();
+    const std::vector<const CLI::App*> commands = root_.get_subcommands([](const CLI::App*) { return true; });
+    const auto is_command = [&commands](const std::string& name) {
+      return std::any_of(commands.begin(), commands.end(),
+                         [&name](const CLI::App* command) { return command->get_name() == name; });
+    };
     std::vector<CLI::ConfigItem> all = CLI::ConfigTOML::from_config(input);
     if (subcommands.empty()) {
       return {};
@@ -29,6 +36,11 @@ class SubcommandConfig : public CLI::ConfigTOML {
       const bool section_mark = item.name == "++" || item.name == "--";
       if (item.parents.empty()) {
         item.parents.push_back(selected);
+      } else if (!is_command(item.parents.front())) {
+        throw CLI::ConfigError(fmt::format(
+            "the configuration file has a section [{}], but there is no such command: name it [{}], or leave its "
+            "heading out",
+            item.parents.front(), selected));
       }
       if (!section_mark && item.parents.front() == selected) {
         std::replace(item.name.begin(), item.name.end(), '_', '-');
@@ -59,6 +71,11 @@ void add_config_option(CLI::App& subcommand) {
       ->type_name("FILE")
       ->trigger_on_parse()
       ->configurable(false);
+}
+
+std::filesystem::path config_file(const CLI::App& subcommand) {
+  const CLI::Option* option = subcommand.get_parent()->get_option(kConfigOption);
+  return option->count() > 0 ? option->as<std::string>() : std::string();
 }
 
 }  // namespace holdfast::app

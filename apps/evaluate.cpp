@@ -27,6 +27,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "separate_files.hpp"
 #include "track/output_file.hpp"
 
 namespace holdfast::app {
@@ -68,6 +69,7 @@ struct EvaluateArguments {
   std::vector<int> picture_frames;
   bool details = false;
   bool quiet = false;
+  fs::path config;
 
   TrackerArguments tracker;
   DeviceArguments device;
@@ -209,7 +211,21 @@ void EvaluateArguments::refuse_idle_options(const CLI::App& app) const {
   refuse_beside(app, {"--step"}, wrong_starts(), "--protocol starts, which shows every frame");
 }
 
-void prepare_outputs(const EvaluateArguments& arguments) {
+InputFiles inputs_of(const EvaluateArguments& arguments, const std::vector<Sequence>& sequences) {
+  InputFiles inputs{{arguments.poses, arguments.truth, arguments.config}, {}, {}};
+  for (const Sequence& sequence : sequences) {
+    inputs.files.insert(inputs.files.end(), sequence.tables.begin(), sequence.tables.end());
+    for (const std::vector<fs::path>* images : {&sequence.frames, &sequence.occluder_masks}) {
+      if (!images->empty()) inputs.frames.push_back(images->front().parent_path().string());
+    }
+    inputs.models.push_back(sequence.model);
+  }
+  return inputs;
+}
+
+void prepare_outputs(const EvaluateArguments& arguments, const std::vector<Sequence>& sequences) {
+  require_separate_files({{arguments.csv, arguments.json}, {arguments.plots, arguments.pictures}, {}},
+                         inputs_of(arguments, sequences));
   // Long runs must not end at a file that cannot be written.
   for (const fs::path& file : {arguments.csv, arguments.json}) {
     if (!file.empty()) require_writable(file);
@@ -347,7 +363,7 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
       throw Error(ErrorCode::invalid_argument, fmt::format("--picture-frames {}: no sequence has that frame", frame));
     }
   }
-  prepare_outputs(arguments);
+  prepare_outputs(arguments, sequences);
 
   const Device device = arguments.device.open();
   Provenance provenance;
@@ -402,7 +418,7 @@ Sequence sequence_of_poses(const EvaluateArguments& arguments) {
 }
 
 void evaluate_poses(const EvaluateArguments& arguments) {
-  const Sequence sequence = sequence_of_poses(arguments);
+  Sequence sequence = sequence_of_poses(arguments);
   require_visible_shares(arguments, sequence);
   const EstimatedPoses estimates = load_estimated_poses(arguments.poses, kFrameRate);
   Provenance provenance;
@@ -416,10 +432,11 @@ void evaluate_poses(const EvaluateArguments& arguments) {
       compare_poses(sequence, estimates, provenance.failure, arguments.minimum_visible, arguments.partial);
   std::optional<ModelPoints> points;
   if (!arguments.models.empty()) {
-    evaluation.model = ModelChoice(arguments.models).for_sequence(sequence.name).string();
+    sequence.model = ModelChoice(arguments.models).for_sequence(sequence.name);
+    evaluation.model = sequence.model.string();
     points = points_if_needed(arguments, load_mesh(arguments, evaluation.model, sequence));
   }
-  prepare_outputs(arguments);
+  prepare_outputs(arguments, {sequence});
   finish(evaluation, provenance.failure, points);
   report(arguments, provenance, {evaluation});
 }
@@ -455,6 +472,7 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
   app::add_config_option(*command);
   command->callback([command, arguments, &exit_code] {
     arguments->refuse_idle_options(*command);
+    arguments->config = app::config_file(*command);
     if (!arguments->marks.empty()) {
       exit_code = app::evaluate_marks(*arguments);
       return;

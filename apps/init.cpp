@@ -23,6 +23,7 @@
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
 #include "messages.hpp"
+#include "separate_files.hpp"
 #include "track/outline.hpp"
 #include "track/output_file.hpp"
 #include "video/frame_source.hpp"
@@ -52,6 +53,7 @@ struct InitCommand {
   fs::path picture_out;
   fs::path points_out;
   fs::path json_out;
+  fs::path config;
 
   void add_to(CLI::App& command);
   void run() const;
@@ -60,7 +62,7 @@ struct InitCommand {
   struct Outcome {
     cv::Mat frame;  ///< empty: none was given
     std::optional<Mesh> mesh;
-    std::vector<PointPair> pairs;
+    std::vector<PointPair> given;
     PoseFromPoints from_points;
     std::optional<RefinementOnFrame> refinement;
 
@@ -127,17 +129,8 @@ void InitCommand::require_consistent() const {
   require(!image.empty() || !estimate_focal, "--estimate-focal needs --image: the frame's size tells its centre");
   require(!image.empty() || picture_out.empty(), "--picture needs --image: the frame to draw on");
   require(!click || (!image.empty() && !model.path.empty()), "--click needs --image and --model");
-  for (const fs::path& path : outputs()) {
-    for (const fs::path& input : {points, model.path, camera.path, fs::path(image)}) {
-      std::error_code failed;
-      if (fs::equivalent(path, input, failed)) {
-        throw Error(
-            ErrorCode::invalid_argument,
-            fmt::format("'{}' is an input and would be overwritten: give the result another name", path.string()));
-      }
-    }
-    require_writable(path);
-  }
+  require_separate_files({outputs(), {}, {}}, {{points, camera.path, config}, {image}, {model.path}});
+  for (const fs::path& path : outputs()) require_writable(path);
 }
 
 std::vector<fs::path> InitCommand::outputs() const {
@@ -199,7 +192,7 @@ void InitCommand::refine(Outcome& outcome) const {
     return;
   }
   outcome.refinement = refine_on_frame(*outcome.mesh, outcome.from_points.camera, device.open(), outcome.frame,
-                                       outcome.pairs, outcome.from_points.T_camera_object);
+                                       outcome.from_points.pairs, outcome.from_points.T_camera_object);
   if (!outcome.refinement->accepted) {
     print_warning("the pose is left as the points give it, because refining it on the frame failed: " +
                   outcome.refinement->reason);
@@ -208,16 +201,17 @@ void InitCommand::refine(Outcome& outcome) const {
 
 std::string InitCommand::text(const Outcome& outcome) const {
   const Camera& used = outcome.from_points.camera;
-  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.pairs, used, outcome.pose());
+  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.from_points.pairs, used, outcome.pose());
   std::string text = fmt::format("    {:<12} {:>8} {:>8} {:>8}   {:>8} {:>8}   {:>8}\n", "point", "x m", "y m", "z m",
                                  "u px", "v px", "off px");
-  for (std::size_t i = 0; i < outcome.pairs.size(); ++i) {
-    const PointPair& pair = outcome.pairs[i];
+  for (std::size_t i = 0; i < outcome.from_points.pairs.size(); ++i) {
+    const PointPair& pair = outcome.from_points.pairs[i];
     text += fmt::format("{:>3} {:<12} {:>8.4f} {:>8.4f} {:>8.4f}   {:>8.1f} {:>8.1f}   {:>8.2f}\n", i + 1, pair.name,
                         pair.p_object.x(), pair.p_object.y(), pair.p_object.z(), pair.pixel.x(), pair.pixel.y(),
                         residuals[i].norm());
   }
-  text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals), outcome.pairs.size());
+  text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals),
+                      outcome.from_points.pairs.size());
   if (estimate_focal) {
     text += fmt::format("focal length   {:.1f} +- {:.0f} px, centre ({:.1f}, {:.1f})\n", used.fx,
                         outcome.from_points.focal_sigma, used.cx, used.cy);
@@ -245,7 +239,7 @@ std::string InitCommand::text(const Outcome& outcome) const {
 std::string InitCommand::json(const Outcome& outcome) const {
   using Json = nlohmann::ordered_json;
   const Camera& used = outcome.from_points.camera;
-  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.pairs, used, outcome.pose());
+  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.from_points.pairs, used, outcome.pose());
   Json document;
   Json rows = Json::array();
   for (int row = 0; row < 4; ++row) {
@@ -259,8 +253,8 @@ std::string InitCommand::json(const Outcome& outcome) const {
   document["focal_sigma_px"] = estimate_focal ? Json(outcome.from_points.focal_sigma) : Json(nullptr);
   document["rms_px"] = root_mean_square(residuals);
   document["points"] = Json::array();
-  for (std::size_t i = 0; i < outcome.pairs.size(); ++i) {
-    const PointPair& pair = outcome.pairs[i];
+  for (std::size_t i = 0; i < outcome.from_points.pairs.size(); ++i) {
+    const PointPair& pair = outcome.from_points.pairs[i];
     document["points"].push_back({{"name", pair.name},
                                   {"p_object", {pair.p_object.x(), pair.p_object.y(), pair.p_object.z()}},
                                   {"pixel", {pair.pixel.x(), pair.pixel.y()}},
@@ -286,7 +280,7 @@ void InitCommand::write(const Outcome& outcome) const {
     io::save_camera(camera_out, used);
   }
   if (!points_out.empty()) {
-    save_point_pairs(points_out, outcome.pairs);
+    save_point_pairs(points_out, outcome.given);
   }
   if (!json_out.empty()) {
     OutputFile(json_out).write(json(outcome));
@@ -294,7 +288,7 @@ void InitCommand::write(const Outcome& outcome) const {
   if (!picture_out.empty()) {
     const std::vector<Line> outline =
         outcome.mesh ? Outline(*outcome.mesh, used).lines(outcome.pose()) : std::vector<Line>();
-    save_picture(picture_out, check_picture(outcome.frame, used, outcome.pose(), outline, outcome.pairs));
+    save_picture(picture_out, check_picture(outcome.frame, used, outcome.pose(), outline, outcome.from_points.pairs));
   }
 }
 
@@ -305,7 +299,7 @@ void InitCommand::run() const {
   }
   Outcome outcome;
   if (!points.empty()) {
-    outcome.pairs = load_point_pairs(points, model.scale);
+    outcome.given = load_point_pairs(points, model.scale);
   }
   if (!model.path.empty()) {
     outcome.mesh = model.load();
@@ -315,16 +309,16 @@ void InitCommand::run() const {
   }
   const std::optional<Camera> known = known_camera(outcome.frame);
   if (click) {
-    outcome.pairs = click_points(outcome.frame, *outcome.mesh, known);
+    outcome.given = click_points(outcome.frame, *outcome.mesh, known);
   }
-  outcome.from_points = known ? pose_from_points(outcome.pairs, *known)
-                              : pose_and_focal_from_points(outcome.pairs, outcome.frame.cols, outcome.frame.rows);
+  outcome.from_points = known ? pose_from_points(outcome.given, *known)
+                              : pose_and_focal_from_points(outcome.given, outcome.frame.cols, outcome.frame.rows);
   for (const std::string& warning : outcome.from_points.warnings) {
     print_warning(warning);
   }
   if (outcome.mesh) {
     warn_about_units(*outcome.mesh, outcome.from_points.T_camera_object, outcome.from_points.camera);
-    warn_when_off_model(*outcome.mesh, outcome.pairs);
+    warn_when_off_model(*outcome.mesh, outcome.given);
   }
   refine(outcome);
   write(outcome);
@@ -340,6 +334,7 @@ void add_init_command(CLI::App& app, int&) {
   command->callback([command, init] {
     refuse_without(*command, {"--frame", "--rescale-camera"}, !init->image.empty(), "--image");
     refuse_without(*command, {"--rescale-camera"}, !init->camera.path.empty(), "--camera");
+    init->config = config_file(*command);
     init->run();
   });
 }

@@ -1,14 +1,15 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "holdfast/tracker.hpp"
 #include "idle_options.hpp"
 #include "messages.hpp"
+#include "separate_files.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
@@ -53,14 +55,14 @@ struct TrackCommand {
   fs::path completed_model;
   bool require_held = false;
   bool quiet = false;
+  fs::path config;
+  std::string given;  ///< options, as a configuration file has them
 
   void add_to(CLI::App& command);
   int run() const;
 
  private:
   FrameSourceOptions source_options() const;
-  std::vector<fs::path> written_files() const;
-  void require_separate_files() const;
   std::string run_json(const Tracker& used) const;
 };
 
@@ -81,6 +83,7 @@ void TrackCommand::add_to(CLI::App& command) {
   command.add_option("--stop", stop, "First frame not tracked any more [end]")->type_name("N")->group(frames_group);
   command.add_option("--stride", stride, "Track every N-th frame [1]")->type_name("N")->group(frames_group);
   command.add_option("--frame-rate", frame_rate, "Frames a second of images [30]; for a video instead of its own")
+      ->check(CLI::PositiveNumber)
       ->type_name("RATE")
       ->group(frames_group);
 
@@ -129,39 +132,14 @@ FrameSourceOptions TrackCommand::source_options() const {
   return options;
 }
 
-std::vector<fs::path> TrackCommand::written_files() const {
-  std::vector<fs::path> files = outputs.given();
-  if (!completed_model.empty()) {
-    files.push_back(completed_model);
-  }
-  return files;
-}
-
-/// Results must not overwrite one another, nor what they are made from.
-void TrackCommand::require_separate_files() const {
-  const std::vector<fs::path> written = written_files();
-  for (std::size_t i = 0; i < written.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (fs::weakly_canonical(written[i]) == fs::weakly_canonical(written[j]) && !fs::is_character_file(written[i])) {
-        throw Error(ErrorCode::invalid_argument,
-                    fmt::format("two results would go to '{}': give each a file of its own", written[i].string()));
-      }
-    }
-    for (const fs::path& read : {fs::path(input), model.path, camera.path, init.path}) {
-      std::error_code failed;
-      if (fs::equivalent(written[i], read, failed)) {
-        throw Error(ErrorCode::invalid_argument,
-                    fmt::format("'{}' is an input and would be overwritten: give the result another name",
-                                written[i].string()));
-      }
-    }
-  }
-}
-
 std::string TrackCommand::run_json(const Tracker& used) const {
   const Camera& seen_by = used.camera();
   const nlohmann::ordered_json run = {
+      {"version", HOLDFAST_VERSION},
       {"input", input},
+      {"start", start},
+      {"stop", stop ? nlohmann::ordered_json(*stop) : nlohmann::ordered_json(nullptr)},
+      {"stride", stride},
       {"model", model.path.string()},
       {"model_scale", model.scale},
       {"camera",
@@ -172,7 +150,9 @@ std::string TrackCommand::run_json(const Tracker& used) const {
         {"cx", seen_by.cx},
         {"cy", seen_by.cy},
         {"distortion", seen_by.distortion}}},
+      {"init", init.path.string()},
       {"mode", tracker.mode_name()},
+      {"options", given},
       {"tracker", used.description()},
       {"pose_convention", "object to camera, metres; camera axes x right, y down, z forward"},
       {"information_convention",
@@ -183,7 +163,8 @@ std::string TrackCommand::run_json(const Tracker& used) const {
 int TrackCommand::run() const {
   const Interruption interruption;
   const TrackerOptions options = tracker.options();
-  require_separate_files();
+  require_separate_files({outputs.given(), {}, {completed_model}},
+                         {{camera.path, init.path, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
     require_writable(completed_model);
@@ -249,13 +230,20 @@ int TrackCommand::run() const {
   RunSummary summary = figures.summary(report);
   summary.complete = summary.complete && !early;
   std::exception_ptr failure = report.failure;
-  try {
-    files.finish(summary);
-    if (completion) {
-      io::save_model(completed_model, completion->model());
+  bool model_saved = false;
+  const auto attempt = [&failure](const std::function<void()>& step) {
+    try {
+      step();
+    } catch (...) {
+      failure = failure ? failure : std::current_exception();
     }
-  } catch (...) {
-    failure = failure ? failure : std::current_exception();
+  };
+  attempt([&] { files.finish(summary); });
+  if (completion) {
+    attempt([&] {
+      io::save_model(completed_model, completion->model());
+      model_saved = true;
+    });
   }
   if (!quiet) {
     fmt::print("{}", summary_text(summary));
@@ -263,8 +251,12 @@ int TrackCommand::run() const {
       fmt::print("  model    {:.1f} % of the surface known ({:.1f} % at the start), texture from {} frames\n",
                  100 * completion->coverage(), 100 * completion->first_coverage(), completion->frames_taken());
     }
-    for (const fs::path& path : written_files()) {
-      fmt::print("  written  {}\n", path.string());
+    for (const fs::path& path : outputs.given()) {
+      const bool complete = std::ranges::find(files.incomplete(), path) == files.incomplete().end();
+      fmt::print("  {}  {}\n", complete ? "written" : "incomplete", path.string());
+    }
+    if (model_saved) {
+      fmt::print("  written  {}\n", completed_model.string());
     }
     std::fflush(stdout);
   }
@@ -289,6 +281,8 @@ void add_track_command(CLI::App& app, int& exit_code) {
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
     refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
+    track->config = config_file(*command);
+    track->given = command->config_to_str();
     exit_code = track->run();
   });
 }

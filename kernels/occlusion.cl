@@ -95,8 +95,8 @@ void sample_frame(__global const float* frame, hf_layout layout, lane_float x, l
 
 /* One tile (work-item or work-group); `tiles` in units of HF_TILE pixels. Writes the samples (value, d/dx, d/dy in the
    rendered view's axes) and the class of every pixel of the rows that are looked at. */
-__kernel void occlusion_tests(__global const float* value, __global const float* dx, __global const float* dy,
-                              int plane, __global const float* depth, __global const uchar* usable, hf_layout layout,
+__kernel void occlusion_tests(__global const float* dx, __global const float* dy, int plane,
+                              __global const float* depth, __global const uchar* usable, hf_layout layout,
                               hf_rect tiles, __global const float* frame, hf_warp warp, hf_tests tests,
                               __global const float* pairs, int cell_stride, __global float* samples,
                               __global uchar* classes) {

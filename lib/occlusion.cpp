@@ -64,21 +64,20 @@ void OcclusionTest::enqueue(const ViewTemplate& view, const DeviceImage& image, 
                             const kernel::hf_warp& warp, const kernel::hf_tests& tests, const cl::Buffer& photometry) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
-  kernel_.setArg(0, planes.value);
-  kernel_.setArg(1, planes.dx);
-  kernel_.setArg(2, planes.dy);
-  kernel_.setArg(3, static_cast<int>(level.elements));
-  kernel_.setArg(4, planes.depth);
-  kernel_.setArg(5, planes.usable);
-  kernel_.setArg(6, level.layout);
-  kernel_.setArg(7, planes.tiles);
-  kernel_.setArg(8, image.blurred(level_index));
-  kernel_.setArg(9, warp);
-  kernel_.setArg(10, tests);
-  kernel_.setArg(11, photometry);
-  kernel_.setArg(12, level.cells_x());
-  kernel_.setArg(13, samples_);
-  kernel_.setArg(14, classes_[static_cast<std::size_t>(level_index)]);
+  kernel_.setArg(0, planes.dx);
+  kernel_.setArg(1, planes.dy);
+  kernel_.setArg(2, static_cast<int>(level.elements));
+  kernel_.setArg(3, planes.depth);
+  kernel_.setArg(4, planes.usable);
+  kernel_.setArg(5, level.layout);
+  kernel_.setArg(6, planes.tiles);
+  kernel_.setArg(7, image.blurred(level_index));
+  kernel_.setArg(8, warp);
+  kernel_.setArg(9, tests);
+  kernel_.setArg(10, photometry);
+  kernel_.setArg(11, level.cells_x());
+  kernel_.setArg(12, samples_);
+  kernel_.setArg(13, classes_[static_cast<std::size_t>(level_index)]);
   device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);
 }
 

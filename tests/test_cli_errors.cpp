@@ -142,6 +142,7 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no-such-option"});
   check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});
   check_fails(kUsage, track({{"--stride", "0"}}), {"stride"});
+  check_fails(kUsage, track({{"--frame-rate", "0"}}), {"--frame-rate"});
   check_fails(kUsage, init({{"--click", ""}}), {"--points", "--click"});
   check_fails(kUsage, init({{"--estimate-focal", ""}}), {"--camera", "--estimate-focal"});
   check_fails(kUsage, init({{"--camera", "(none)"}, {"--estimate-focal", ""}}), {"--image"});
@@ -186,6 +187,12 @@ TEST_CASE("Options that would do nothing are refused") {
 
   refused(track({}), {"--contact-frames", "5"}, "without --contact-sheet");
   refused(track({}), {"--recovery", "--mode", "paper"}, "beside --mode paper");
+  refused(track({}), {"--all-channels", "--no-gradient-test"}, "without --gradient-test");
+  refused(track({}), {"--angle-maximum", "0.3", "--no-angle-test"}, "without --angle-test");
+  refused(track({}), {"--compare-magnitudes", "--no-magnitude-test"}, "without --magnitude-test");
+  refused(track({}), {"--vote-share", "0.5", "--no-block-vote"}, "without --block-vote");
+  refused(track({}), {"--redundancy-cosine", "0.8"}, "without --redundancy");
+  refused(track({}), {"--search-radius", "9", "--no-correlation-search"}, "without --correlation-search");
   refused(init({}), {"--frame", "1"}, "without --image");
   refused(init({}), {"--rescale-camera"}, "without --image");
   refused({"init", "--points", "pairs.csv", "--image", "frames", "--estimate-focal"}, {"--rescale-camera"},
@@ -241,6 +248,8 @@ TEST_CASE("Configuration files") {
   check_fails(kUsage, track({{"--config", "none.toml"}}), {"none.toml"});
   write("bad.toml", "colour = \"green\"\n");
   check_fails(kUsage, track({{"--config", "bad.toml"}}), {"colour"});
+  write("section.toml", "[trak]\nlevels = 2\n");
+  check_fails(kUsage, track({{"--config", "section.toml"}}), {"[trak]", "[track]"});
   write("range.toml", "levels = 99\n");
   check_fails(kUsage, track({{"--config", "range.toml"}}), {"levels"});
 }

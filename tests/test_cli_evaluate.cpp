@@ -285,6 +285,16 @@ TEST_CASE("Bad sequences and models: one line each, before any frame is tracked"
     append(simulated() / "bad.txt", "1 0 0 0 0 1 0 0 0 0 2 0.5\n");
     check_fails({"simulate", "new", "--trajectory", "bad.txt"}, app::kInput, {"bad.txt", "line 1"});
   }
+  SUBCASE("results where the input is") {
+    for (const std::string file : {"sequence/poses_gt.txt", "sequence/K.txt", "sequence/visible.txt",
+                                   "sequence/model/model.obj", "sequence/model/model.png"}) {
+      check_fails({"evaluate", "sequence", model[0], model[1], "--csv", file}, app::kUsage, {file, "is an input"});
+    }
+    check_fails({"evaluate", "sequence", "--poses", "sequence/poses_gt.txt", "--json", "sequence/poses_gt.txt"},
+                app::kUsage, {"sequence/poses_gt.txt", "is an input"});
+    check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "sequence/frames", "--picture-frames", "1"},
+                app::kUsage, {"sequence/frames", "holds frames"});
+  }
   SUBCASE("pictures without frames, or where none can be written") {
     check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "drawn"}, app::kUsage, {"--picture-frames"});
     check_fails({"evaluate", "sequence", model[0], model[1], "--pictures", "drawn", "--picture-frames", "3,12"},

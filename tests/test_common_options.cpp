@@ -23,6 +23,7 @@ TrackerOptions parsed(std::vector<std::string> arguments) {
   TrackerArguments tracker;
   tracker.add_to(*command);
   add_config_option(*command);
+  app.add_subcommand("simulate");
   arguments.insert(arguments.begin(), "track");
   std::reverse(arguments.begin(), arguments.end());
   app.parse(arguments);
@@ -62,10 +63,10 @@ TEST_CASE("An option changes its field in any mode, and no other") {
   for (const char* mode : {"default", "fast", "paper", "published"}) {
     CAPTURE(mode);
     const TrackerOptions base = parsed({"--mode", mode});
-    const TrackerOptions changed = parsed({"--mode", mode, "--blur-sigma", "1.75", "--no-angle-test", "--all-channels",
-                                           "--silhouette-margin", "1", "--angle-maximum", "0.3"});
+    const TrackerOptions changed = parsed({"--mode", mode, "--blur-sigma", "1.75", "--no-magnitude-test",
+                                           "--all-channels", "--silhouette-margin", "1", "--angle-maximum", "0.3"});
     CHECK(changed.blur_sigma == 1.75);
-    CHECK_FALSE(changed.occlusion.angle_test);
+    CHECK_FALSE(changed.occlusion.magnitude_test);
     CHECK(changed.occlusion.all_channels);
     CHECK(changed.silhouette_margin == 1);
     CHECK(changed.occlusion.angle_maximum == 0.3);
@@ -94,6 +95,7 @@ TEST_CASE("Configuration files: bare keys, sections, underscores; the command li
   const std::string negative = folder.write("n.toml", "photometric = false\n").string();
   CHECK_FALSE(parsed({"--config", negative}).photometric);
   CHECK_THROWS_AS(parsed({"--config", folder.write("u.toml", "unheard-of = 1\n").string()}), CLI::ParseError);
+  CHECK_THROWS_AS(parsed({"--config", folder.write("s.toml", "[trak]\nlevels = 2\n").string()}), CLI::ParseError);
   CHECK_THROWS_AS(parsed({"--config", (folder / "none.toml").string()}), CLI::ParseError);
 }
 

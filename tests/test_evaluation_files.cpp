@@ -360,10 +360,28 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
   const EstimatedPoses poses = load_estimated_poses(folder / "poses.csv", 30);
   REQUIRE(poses.entries.size() == 2);
   CHECK(poses.entries[1].frame == 2);
-  CHECK_FALSE(poses.entries[1].held);
-  CHECK(poses.entries[1].ms == 3);
-  CHECK(poses.entries[1].T_camera_object.linear()(1, 0) == doctest::Approx(1));  // a quarter turn about z
-  CHECK(poses.entries[1].T_camera_object.translation().z() == 0.6);
+  CHECK_FALSE(poses.entries[1].held());
+  CHECK(poses.entries[1].result.ms.total == 3);
+  CHECK(poses.entries[1].result.T_camera_object.linear()(1, 0) == doctest::Approx(1));  // a quarter turn about z
+  CHECK(poses.entries[1].result.T_camera_object.translation().z() == 0.6);
+
+  CHECK(poses.entries[1].result.reason.empty());
+
+  folder.write("figures.csv",
+               "frame,status,tx,ty,tz,qx,qy,qz,qw,visible,used,residual,correlation,iterations,reason,by_outline\n"
+               "0,held,0,0,0.5,0,0,0,1,900,300,0.02,0.97,4,\"little texture, \"\"far\"\"\",1\n\n"
+               "1,held,0,0,0.5,0,0,0,1,800,200,0.03,0.96,5,,0\n");
+  const EstimatedPoses figures = load_estimated_poses(folder / "figures.csv", 30);
+  REQUIRE(figures.entries.size() == 2);
+  const FrameResult& first = figures.entries[0].result;
+  CHECK(first.visible_pixels == 900);
+  CHECK(first.used_pixels == 300);
+  CHECK(first.residual == 0.02);
+  CHECK(first.correlation == 0.97);
+  CHECK(first.iterations == 4);
+  CHECK(first.reason == "little texture, \"far\"");
+  CHECK(first.by_outline);
+  CHECK_FALSE(figures.entries[1].result.by_outline);
 
   const auto message = [&](ErrorCode code, const std::string& text) {
     folder.write("bad.csv", text);

@@ -217,9 +217,28 @@ TEST_CASE("Mistaken pairs and ambiguous views are said") {
   Pose pose = random_pose(random);
   std::vector<PointPair> pairs = seen(box_corners(), kCamera, pose);
   std::swap(pairs[2].pixel, pairs[5].pixel);
+  std::vector<PointPair> few(pairs.begin(), pairs.begin() + 5);
+  const PoseFromPoints unclear = pose_from_points(few, kCamera);
+  REQUIRE(unclear.warnings.size() >= 1);
+  CHECK(unclear.warnings.back().find("do not belong together") != std::string::npos);
+  CHECK(unclear.pairs.size() == 5);
+
   const PoseFromPoints swapped = pose_from_points(pairs, kCamera);
-  REQUIRE(swapped.warnings.size() >= 1);
-  CHECK(swapped.warnings.back().find("px off") != std::string::npos);
+  REQUIRE(swapped.warnings.size() == 1);
+  CHECK(swapped.warnings[0].starts_with("left out: the point of line 3 and line 6"));
+  CHECK(swapped.pairs.size() == 6);
+  CHECK(swapped.rms < 1e-6);
+  CHECK((swapped.T_camera_object.inverse() * pose).matrix().isIdentity(1e-8));
+
+  const Camera centred{640, 480, 650, 650, 319.5, 239.5, {}};
+  std::vector<Eigen::Vector3d> points = box_corners();
+  points.insert(points.end(), {{0.02, 0.01, 0.03}, {-0.03, 0.02, -0.01}});
+  pairs = seen(points, centred, pose);
+  pairs[4].pixel += Eigen::Vector2d(60, -25);
+  const PoseFromPoints uncalibrated = pose_and_focal_from_points(pairs, centred.width, centred.height);
+  REQUIRE(uncalibrated.warnings.size() >= 1);
+  CHECK(uncalibrated.warnings[0].starts_with("left out: the point of line 5"));
+  CHECK(uncalibrated.camera.fx == doctest::Approx(650).epsilon(1e-4));
 
   // A small square far away and nearly face on has two poses that no click tells apart.
   std::vector<Eigen::Vector3d> square{{0, 0, 0}, {0.05, 0, 0}, {0.05, 0.05, 0}, {0, 0.05, 0}};

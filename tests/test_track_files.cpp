@@ -1,8 +1,11 @@
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -201,6 +204,62 @@ TEST_CASE("a full disk is noticed at the first byte that does not fit") {
   CHECK(error_of([] { CsvWriter("/dev/full"); }).says(ErrorCode::output, {"/dev/full", "No space left"}));
   TumWriter tum("/dev/full");
   CHECK(error_of([&] { tum.write(make_frame(0, Status::held, 0)); }).says(ErrorCode::output, {"No space left"}));
+}
+
+namespace {
+
+/// While this lives, files of this process may not grow beyond `bytes`, as on a full disk.
+class SmallDisk {
+ public:
+  explicit SmallDisk(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~SmallDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+}  // namespace
+
+TEST_CASE("on a full disk, files end with the last frame that had room as a whole") {
+  const TemporaryFolder folder;
+  const fs::path json_path = folder / "run.json", csv_path = folder / "poses.csv";
+  JsonWriter json(json_path, "{}");
+  CsvWriter csv(csv_path);
+  std::size_t in_json = 0, in_csv = 0;
+  {
+    const SmallDisk disk(3000);
+    const auto frames_until_full = [](auto& writer) {
+      std::size_t frames = 0;
+      const auto write_one = [&] { writer.write(make_frame(static_cast<int>(frames), Status::held, 0)); };
+      while (frames < 1000 && error_of(write_one).message.empty()) ++frames;
+      CHECK(error_of(write_one).says(ErrorCode::output, {"File too large"}));
+      return frames;
+    };
+    in_json = frames_until_full(json);
+    in_csv = frames_until_full(csv);
+    CHECK(error_of([&] {
+            RunSummary summary;
+            summary.lost_ranges.resize(200);
+            json.finish(summary);
+          }).says(ErrorCode::output, {"run.json"}));
+  }
+  CHECK(in_json > 0);
+  CHECK(in_csv > 0);
+  CHECK(nlohmann::json::parse(read_file(json_path))["frames"].size() == in_json);
+  const std::string rows = read_file(csv_path);
+  CHECK(rows.ends_with('\n'));
+  CHECK(static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n')) == in_csv + 1);
+  CHECK(rows.size() < 3000);
+  csv.write(make_frame(999, Status::held, 0));  // there is room again
+  CHECK(read_file(csv_path).starts_with(rows));
 }
 
 TEST_CASE("asking whether a file can be written leaves it as it is") {

@@ -64,8 +64,8 @@ std::vector<MarkDistance> mark_distances(const std::vector<MarkedPoint>& marks, 
     if (pose == poses.entries.end()) {
       throw Error(ErrorCode::file, fmt::format("frame {} is marked, but the poses have none for it", mark.frame));
     }
-    MarkDistance distance{mark, pose->held, Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity())};
-    const Eigen::Vector3d p_camera = pose->T_camera_object * mark.p_object;
+    MarkDistance distance{mark, pose->held(), Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity())};
+    const Eigen::Vector3d p_camera = pose->result.T_camera_object * mark.p_object;
     if (p_camera.z() > 0) {
       const Eigen::Vector2d pixel = camera.project(p_camera);
       distance.offset = (camera.has_distortion() ? camera.distort(pixel) : pixel) - mark.pixel;

@@ -23,10 +23,8 @@ std::vector<FrameRecord> compare_poses(const Sequence& sequence, const Estimated
     FrameRecord record;
     record.frame = entry.frame;
     record.T_camera_object_true = sequence.truth[entry.frame];
-    record.result.T_camera_object = entry.T_camera_object;
-    record.result.status = entry.held ? Status::held : Status::lost;
-    record.result.ms.total = entry.ms;
-    record.error = pose_error(record.T_camera_object_true, entry.T_camera_object);
+    record.result = entry.result;
+    record.error = pose_error(record.T_camera_object_true, entry.result.T_camera_object);
     record.visible = sequence.visible.empty() ? 1.0 : sequence.visible[entry.frame];
     record.counted = record.visible >= minimum_visible;
     record.failed = record.counted && !failure.holds(record.error);

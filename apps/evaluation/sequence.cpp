@@ -14,9 +14,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 #include <sstream>
+#include <type_traits>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "video/image_list.hpp"
 
 namespace holdfast::evaluation {
 namespace {
@@ -30,18 +32,10 @@ constexpr double kBopMetres = 1e-3;  // BOP's unit is the millimetre
   throw Error(ErrorCode::file, fmt::format("{}: {}", path.string(), what));
 }
 
-bool is_image(const fs::path& path) {
-  static constexpr std::array extensions = {".jpg", ".jpeg", ".png", ".bmp", ".ppm", ".pgm", ".tif", ".tiff"};
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
-}
-
 std::vector<fs::path> images_in(const fs::path& folder) {
   std::vector<fs::path> images;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_image(entry.path())) {
+    if (entry.is_regular_file() && app::is_image_name(entry.path())) {
       images.push_back(entry.path());
     }
   }
@@ -124,17 +118,20 @@ void complete_camera(Sequence& sequence) {
 void load_plain(Sequence& sequence) {
   const fs::path truth_file = sequence.folder / "poses_gt.txt";
   sequence.truth = io::load_poses(truth_file);
+  sequence.tables.push_back(truth_file);
   const fs::path frames = sequence.folder / "frames";
   if (fs::is_directory(frames)) {
     sequence.frames = images_in(frames);
     if (sequence.frames.empty()) {
       bad_file(frames, "holds no images");
     }
-    sequence.camera = io::load_camera(camera_file(sequence.folder));
+    sequence.tables.push_back(camera_file(sequence.folder));
+    sequence.camera = io::load_camera(sequence.tables.back());
   }
   const fs::path visible = sequence.folder / "visible.txt";
   if (fs::exists(visible)) {
     sequence.visible = load_shares(visible);
+    sequence.tables.push_back(visible);
   }
   const fs::path masks = sequence.folder / "masks";
   if (fs::is_directory(masks)) {
@@ -219,8 +216,10 @@ void load_bop(Sequence& sequence, std::optional<int> wanted) {
   const std::map<int, json> truth = by_image(load_json(truth_file), truth_file);
   const std::map<int, json> cameras = by_image(load_json(camera_path), camera_path);
   std::map<int, json> infos;
+  sequence.tables = {truth_file, camera_path};
   if (fs::exists(info_path)) {
     infos = by_image(load_json(info_path), info_path);
+    sequence.tables.push_back(info_path);
   }
   const bool has_images = fs::is_directory(sequence.folder / "rgb") || fs::is_directory(sequence.folder / "gray");
 
@@ -296,14 +295,27 @@ void load_bop(Sequence& sequence, std::optional<int> wanted) {
   complete_camera(sequence);
 }
 
-std::vector<std::string> split(const std::string& line, char separator) {
-  std::vector<std::string> cells;
-  std::string cell;
-  std::istringstream in(line);
-  while (std::getline(in, cell, separator)) {
+/// The cells of a line of a table; one in quotes may hold commas, and quotes twice.
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') {
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"') {
+        cells.back() += line[++i];
+      } else {
+        quoted = !quoted;
+      }
+    } else if (line[i] == ',' && !quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back() += line[i];
+    }
+  }
+  for (std::string& cell : cells) {
     const auto from = cell.find_first_not_of(" \t\r");
     const auto to = cell.find_last_not_of(" \t\r");
-    cells.push_back(from == std::string::npos ? std::string() : cell.substr(from, to - from + 1));
+    cell = from == std::string::npos ? std::string() : cell.substr(from, to - from + 1);
   }
   return cells;
 }
@@ -326,7 +338,7 @@ EstimatedPoses load_table(const fs::path& path) {
   std::string line;
   std::getline(in, line);
   std::map<std::string, std::size_t> column;
-  for (const std::string& name : split(line, ',')) {
+  for (const std::string& name : cells_of(line)) {
     column.emplace(name, column.size());
   }
   for (const char* name : {"frame", "tx", "ty", "tz", "qx", "qy", "qz", "qw"}) {
@@ -337,10 +349,10 @@ EstimatedPoses load_table(const fs::path& path) {
   }
   EstimatedPoses out;
   for (int number_of_line = 2; std::getline(in, line); ++number_of_line) {
-    const std::vector<std::string> cells = split(line, ',');
-    if (cells.empty()) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
     }
+    const std::vector<std::string> cells = cells_of(line);
     const auto cell = [&](const char* name) -> const std::string& {
       if (column.at(name) >= cells.size()) {
         bad_file(path, fmt::format("line {}: {} columns where the heading has {}", number_of_line, cells.size(),
@@ -360,18 +372,33 @@ EstimatedPoses load_table(const fs::path& path) {
       throw Error(ErrorCode::pose, fmt::format("{}, line {}: the quaternion's length is {:.6g}, a rotation's is 1",
                                                path.string(), number_of_line, q.norm()));
     }
-    entry.T_camera_object.linear() = q.normalized().toRotationMatrix();
-    entry.T_camera_object.translation() = Eigen::Vector3d(value("tx"), value("ty"), value("tz"));
-    checked(entry.T_camera_object, path, fmt::format("line {}", number_of_line));
+    FrameResult& result = entry.result;
+    result.T_camera_object.linear() = q.normalized().toRotationMatrix();
+    result.T_camera_object.translation() = Eigen::Vector3d(value("tx"), value("ty"), value("tz"));
+    checked(result.T_camera_object, path, fmt::format("line {}", number_of_line));
+    result.status = Status::held;
     if (column.contains("status")) {
       const std::string& status = cell("status");
       if (status != "held" && status != "lost") {
         bad_file(path, fmt::format("line {}: status '{}' is neither held nor lost", number_of_line, status));
       }
-      entry.held = status == "held";
+      result.status = status == "held" ? Status::held : Status::lost;
     }
-    if (column.contains("ms")) {
-      entry.ms = value("ms");
+    const auto figure = [&](const char* name, auto& field) {
+      if (column.contains(name)) field = static_cast<std::remove_reference_t<decltype(field)>>(value(name));
+    };
+    figure("visible", result.visible_pixels);
+    figure("usable", result.usable_pixels);
+    figure("gradient", result.gradient_pixels);
+    figure("passed", result.passed_pixels);
+    figure("used", result.used_pixels);
+    figure("residual", result.residual);
+    figure("correlation", result.correlation);
+    figure("iterations", result.iterations);
+    figure("ms", result.ms.total);
+    figure("by_outline", result.by_outline);
+    if (column.contains("reason")) {
+      result.reason = cell("reason");
     }
     out.entries.push_back(entry);
   }
@@ -405,7 +432,9 @@ EstimatedPoses load_lines(const fs::path& path, std::optional<double> frame_rate
     const int frame = timed ? frame_at(*line.time_s, numbered ? 1 : *frame_rate, path) : last + 1;
     if (frame <= last)
       bad_file(path, fmt::format("the time {:.6g} s does not come after the one before", *line.time_s));
-    out.entries.push_back({frame, line.T_camera_object, true, 0});
+    out.entries.push_back({frame, {}});
+    out.entries.back().result.T_camera_object = line.T_camera_object;
+    out.entries.back().result.status = Status::held;
   }
   return out;
 }

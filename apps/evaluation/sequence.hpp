@@ -7,6 +7,7 @@
 
 #include "holdfast/camera.hpp"
 #include "holdfast/pose.hpp"
+#include "holdfast/tracker.hpp"
 
 namespace holdfast::evaluation {
 
@@ -18,10 +19,11 @@ struct Sequence {
   std::vector<Pose> truth;                    ///< T_camera_object, one a frame
   /// Grey images, bright where a pixel shows an occluder, one a frame; empty: not known.
   std::vector<std::filesystem::path> occluder_masks;
-  std::vector<double> visible;  ///< visible share of the silhouette, one a frame; empty: not known
-  Camera camera;                ///< of the frames; size 0 where there are no frames
-  std::filesystem::path model;  ///< the one that comes with the data set; empty: none
-  double model_scale = 1;       ///< turns the unit of the models that belong to this format into metres
+  std::vector<std::filesystem::path> tables;  ///< files that the rest was read from
+  std::vector<double> visible;                ///< visible share of the silhouette, one a frame; empty: not known
+  Camera camera;                              ///< of the frames; size 0 where there are no frames
+  std::filesystem::path model;                ///< the one that comes with the data set; empty: none
+  double model_scale = 1;                     ///< turns the unit of the models that belong to this format into metres
 };
 
 /// Reads a folder of either layout:
@@ -42,9 +44,9 @@ std::vector<std::string> distinct_names(const std::vector<std::filesystem::path>
 struct EstimatedPoses {
   struct Entry {
     int frame = 0;
-    Pose T_camera_object = Pose::Identity();
-    bool held = true;
-    double ms = 0;  ///< 0 where not known
+    FrameResult result;  ///< as far as the file tells; held where it does not
+
+    bool held() const { return result.status == Status::held; }
   };
   std::vector<Entry> entries;  ///< by rising frame
 };

@@ -55,6 +55,11 @@ Vector3d spreads(const std::vector<PointPair>& pairs) {
   return Eigen::JacobiSVD<MatrixXd>(offsets).singularValues();
 }
 
+bool are_collinear(const std::vector<PointPair>& pairs) {
+  const Vector3d spread = spreads(pairs);
+  return !(spread[1] > kCollinear * spread[0]);
+}
+
 void require_enough(const std::vector<PointPair>& pairs, std::size_t least, const char* purpose) {
   std::vector<Vector3d> distinct;
   for (const PointPair& pair : pairs) {
@@ -65,8 +70,7 @@ void require_enough(const std::vector<PointPair>& pairs, std::size_t least, cons
   if (distinct.size() < least) {
     fail(fmt::format("{} different points of the model; {} needs {} or more", distinct.size(), purpose, least));
   }
-  const Vector3d spread = spreads(pairs);
-  if (!(spread[1] > kCollinear * spread[0])) {
+  if (are_collinear(pairs)) {
     fail("all points lie on one line, which leaves the turn about it open: add a point off the line");
   }
 }
@@ -294,6 +298,47 @@ const Estimate* rival(const std::vector<Estimate>& found, std::size_t count) {
   return fits ? &*other : nullptr;
 }
 
+/// For each pair whether it agrees with most others to a pose with this camera; all false: there are no such.
+std::vector<bool> agreeing(const std::vector<PointPair>& pairs, const Camera& camera) {
+  std::vector<cv::Point3d> points;
+  for (const PointPair& pair : pairs) {
+    points.emplace_back(pair.p_object.x(), pair.p_object.y(), pair.p_object.z());
+  }
+  std::vector<bool> agree(pairs.size());
+  cv::Mat rotation, translation;
+  std::vector<int> inliers;
+  constexpr int kTrials = 2000;
+  constexpr double kConfidence = 0.9999;
+  try {
+    if (cv::solvePnPRansac(points, rays(pairs, camera), cv::Matx33d::eye(), cv::noArray(), rotation, translation, false,
+                           kTrials, static_cast<float>(kMistakenResidual / camera.fx), kConfidence, inliers,
+                           cv::SOLVEPNP_P3P)) {
+      for (const int i : inliers) {
+        agree[static_cast<std::size_t>(i)] = true;
+      }
+    }
+  } catch (const cv::Exception&) {
+    // No sample determines a pose.
+  }
+  return agree;
+}
+
+std::string listed_names(const std::vector<PointPair>& pairs) {
+  std::string names;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    names += (i == 0 ? "" : i + 1 == pairs.size() ? " and " : ", ") + pairs[i].name;
+  }
+  return names;
+}
+
+double largest_residual(const std::vector<PointPair>& pairs, const Estimate& estimate) {
+  double largest = 0;
+  for (const Vector2d& residual : point_residuals(pairs, estimate.camera, estimate.T_camera_object)) {
+    largest = std::max(largest, residual.norm());
+  }
+  return largest;
+}
+
 PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<Estimate>& found,
                       const Refinement& refinement, bool with_focal) {
   if (found.empty()) {
@@ -315,6 +360,7 @@ PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<Est
   PoseFromPoints result;
   result.T_camera_object = best.T_camera_object;
   result.camera = best.camera;
+  result.pairs = pairs;
   result.residuals = point_residuals(pairs, best.camera, best.T_camera_object);
   result.rms = root_mean_square(result.residuals);
   if (with_focal) {
@@ -337,41 +383,80 @@ PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<Est
       std::max_element(result.residuals.begin(), result.residuals.end(),
                        [](const Vector2d& a, const Vector2d& b) { return a.squaredNorm() < b.squaredNorm(); });
   if (worst->norm() > kMistakenResidual) {
-    result.warnings.push_back(fmt::format("the point of {} is {:.0f} px off: check that its x,y,z belong to its u,v",
-                                          pairs[static_cast<std::size_t>(worst - result.residuals.begin())].name,
-                                          worst->norm()));
+    result.warnings.push_back(
+        fmt::format("the points do not belong together: that of {} is {:.0f} px off, but another may be the mistaken "
+                    "one; check that x,y,z belong to u,v on each line",
+                    pairs[static_cast<std::size_t>(worst - result.residuals.begin())].name, worst->norm()));
   }
   return result;
+}
+
+/// `fit` finds all minima of some pairs, best first; `cameras` are those that mistaken pairs are looked for with.
+template <class Fit>
+PoseFromPoints without_mistaken(const std::vector<PointPair>& pairs, std::size_t least, bool with_focal,
+                                const std::vector<Camera>& cameras, const Fit& fit) {
+  const std::vector<Estimate> of_all = fit(pairs);
+  if (!of_all.empty() && largest_residual(pairs, of_all.front()) <= kMistakenResidual) {
+    return judged(pairs, of_all, Refinement(pairs, with_focal), with_focal);
+  }
+  std::vector<bool> most(pairs.size());
+  for (const Camera& camera : cameras) {
+    std::vector<bool> agree = agreeing(pairs, camera);
+    if (std::count(agree.begin(), agree.end(), true) > std::count(most.begin(), most.end(), true)) most = agree;
+  }
+  std::vector<PointPair> kept, mistaken;
+  for (std::size_t i = 0; i < pairs.size(); ++i) (most[i] ? kept : mistaken).push_back(pairs[i]);
+  // As few as determine a pose agree with any.
+  if (kept.size() > least && 2 * kept.size() > pairs.size() && !are_collinear(kept)) {
+    const std::vector<Estimate> of_kept = fit(kept);
+    if (!of_kept.empty() && largest_residual(kept, of_kept.front()) <= kMistakenResidual) {
+      PoseFromPoints result = judged(kept, of_kept, Refinement(kept, with_focal), with_focal);
+      result.warnings.insert(
+          result.warnings.begin(),
+          fmt::format("left out: the point of {}, which the other {} put elsewhere by {:.0f} px or more; check that "
+                      "x,y,z belong to u,v there",
+                      listed_names(mistaken), kept.size(), kMistakenResidual));
+      return result;
+    }
+  }
+  return judged(pairs, of_all, Refinement(pairs, with_focal), with_focal);
 }
 
 }  // namespace
 
 PoseFromPoints pose_from_points(const std::vector<PointPair>& pairs, const Camera& camera) {
   require_enough(pairs, kLeastPairs, "a pose");
-  const Refinement refinement(pairs, false);
-  return judged(pairs, minima(pairs, camera, refinement), refinement, false);
+  return without_mistaken(pairs, kLeastPairs, false, {camera}, [&camera](const std::vector<PointPair>& some) {
+    return minima(some, camera, Refinement(some, false));
+  });
 }
 
 PoseFromPoints pose_and_focal_from_points(const std::vector<PointPair>& pairs, int width, int height) {
   require_enough(pairs, kLeastPairsForFocal, "the focal length");
-  const Refinement fixed_focal(pairs, false);
-  const Refinement refinement(pairs, true);
-  std::vector<Estimate> found;
   // From fish-eye-like to long lenses; the best poses at each fixed focal length start the joint refinement.
+  std::vector<Camera> cameras;
   for (const double focal_over_width : {0.4, 0.6, 0.9, 1.3, 2.0, 3.0, 5.0}) {
     const double focal = focal_over_width * std::max(width, height);
-    const Camera camera{width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, {}};
-    const std::vector<Estimate> starts = minima(pairs, camera, fixed_focal);
-    for (std::size_t i = 0; i < std::min<std::size_t>(starts.size(), 6); ++i) {
-      const Estimate estimate = refinement.minimize(starts[i].T_camera_object, starts[i].camera);
-      if (std::isfinite(estimate.squared_sum)) {
-        found.push_back(estimate);
+    cameras.push_back({width, height, focal, focal, (width - 1) / 2.0, (height - 1) / 2.0, {}});
+  }
+  const auto fit = [&cameras](const std::vector<PointPair>& some) {
+    const Refinement fixed_focal(some, false);
+    const Refinement refinement(some, true);
+    std::vector<Estimate> found;
+    for (const Camera& camera : cameras) {
+      const std::vector<Estimate> starts = minima(some, camera, fixed_focal);
+      for (std::size_t i = 0; i < std::min<std::size_t>(starts.size(), 6); ++i) {
+        const Estimate estimate = refinement.minimize(starts[i].T_camera_object, starts[i].camera);
+        if (std::isfinite(estimate.squared_sum)) {
+          found.push_back(estimate);
+        }
       }
     }
-  }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Estimate& a, const Estimate& b) { return a.squared_sum < b.squared_sum; });
-  return judged(pairs, found, refinement, true);
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Estimate& a, const Estimate& b) { return a.squared_sum < b.squared_sum; });
+    return found;
+  };
+  return without_mistaken(pairs, kLeastPairsForFocal, true, cameras, fit);
 }
 
 std::vector<Vector2d> point_residuals(const std::vector<PointPair>& pairs, const Camera& camera,

@@ -14,14 +14,16 @@ namespace holdfast::app {
 struct PoseFromPoints {
   Pose T_camera_object = Pose::Identity();
   Camera camera;                           ///< as given, or with the focal length found
-  std::vector<Eigen::Vector2d> residuals;  ///< projected minus seen, pixels, one a pair
+  std::vector<PointPair> pairs;            ///< those that the pose is of; mistaken ones are left out, with a warning
+  std::vector<Eigen::Vector2d> residuals;  ///< projected minus seen, pixels, one of these pairs
   double rms = 0;                          ///< root of the mean squared length of the residuals, pixels
   double focal_sigma = 0;                  ///< standard deviation of an estimated focal length, pixels
   std::vector<std::string> warnings;       ///< what the user should know about this pose
 };
 
-/// The pose that sees the points at their pixels, least squares of the pixels' distances. Four or more pairs.
-/// Throws Error(pose) when the pairs do not determine a pose with all points before the camera.
+/// The pose that sees the points at their pixels, least squares of the pixels' distances. Four or more pairs. Where
+/// most pairs, and one more than that, agree, others that do not are left out. Throws Error(pose) when the pairs do not
+/// determine a pose with all points before the camera.
 PoseFromPoints pose_from_points(const std::vector<PointPair>& pairs, const Camera& camera);
 
 /// Pose and focal length for frames of this size: square pixels, principal point at the image centre, no distortion.

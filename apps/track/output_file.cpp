@@ -1,6 +1,7 @@
 #include "track/output_file.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -35,13 +36,20 @@ OutputFile::OutputFile(const fs::path& path) : path_(not_a_dash(path)), file_(st
   if (!file_) {
     cannot_write(path_, errno);
   }
+  std::setvbuf(file_.get(), nullptr, _IONBF, 0);
   can_rewind_ = std::fseek(file_.get(), 0, SEEK_CUR) == 0;
 }
 
 void OutputFile::write(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size() || std::fflush(file_.get()) != 0) {
-    cannot_write(path_, errno);
+  const long begin = can_rewind_ ? std::ftell(file_.get()) : -1;
+  if (std::fwrite(text.data(), 1, text.size(), file_.get()) == text.size()) {
+    return;
   }
+  const int error = errno;
+  if (begin >= 0 && ftruncate(fileno(file_.get()), begin) == 0) {
+    std::fseek(file_.get(), begin, SEEK_SET);
+  }
+  cannot_write(path_, error);
 }
 
 void OutputFile::rewind_to(long offset) {

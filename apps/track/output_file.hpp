@@ -13,12 +13,13 @@ class OutputFile {
   /// Creates or empties the file.
   explicit OutputFile(const std::filesystem::path& path);
 
-  /// Writes and flushes, so that what was written survives whatever happens next.
+  /// Writes at once, so that what was written survives whatever happens next. What does not fit as a whole is taken
+  /// back, where the file can be rewound.
   void write(std::string_view text);
 
   /// False for pipes and terminals.
   bool can_rewind() const { return can_rewind_; }
-  /// Goes back: what is written next stands at byte `offset`.
+  /// Goes back: what is written next stands at byte `offset`, and takes all that follows with it if it does not fit.
   void rewind_to(long offset);
 
  private:

@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include "holdfast/error.hpp"
+
 namespace holdfast::app {
 namespace {
 
@@ -139,8 +141,14 @@ JsonWriter::JsonWriter(const std::filesystem::path& path, const std::string& run
 void JsonWriter::append(const std::string& text, const std::string& closing) {
   if (file_.can_rewind()) {
     file_.rewind_to(end_);
+    try {
+      file_.write(text + closing);
+    } catch (const Error&) {
+      file_.write(closing_);  // there was room for these
+      throw;
+    }
     end_ += static_cast<long>(text.size());
-    file_.write(text + closing);
+    closing_ = closing;
   } else {
     file_.write(text);
   }

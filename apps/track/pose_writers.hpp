@@ -13,7 +13,7 @@ namespace holdfast::app {
 
 /// A header, then one row a frame, lost ones too (their pose is the tracker's last guess):
 /// frame, time_s, status (held, lost), tx ty tz, qx qy qz qw, pixel counts, residual, correlation, iterations, ms,
-/// reason.
+/// reason, by_outline (0, 1).
 class CsvWriter {
  public:
   explicit CsvWriter(const std::filesystem::path& path);
@@ -36,7 +36,7 @@ class TumWriter {
 
 /// One JSON object: what was run, "frames" (all that the CSV has, times a stage and the information matrix), and at
 /// the end "summary". The closing brackets are written after every frame and overwritten by the next, so that the file
-/// is valid JSON whenever the run ends; only into a pipe they come at the end alone.
+/// is valid JSON whenever the run ends, also because the disk is full; only into a pipe they come at the end alone.
 class JsonWriter {
  public:
   /// `run`: input, model and so on, a JSON object's text.
@@ -48,7 +48,8 @@ class JsonWriter {
   void append(const std::string& text, const std::string& closing);
 
   OutputFile file_;
-  long end_ = 0;  // where the closing brackets begin
+  long end_ = 0;         // where the closing brackets begin
+  std::string closing_;  // that stand there
   bool first_ = true;
 };
 

@@ -16,7 +16,8 @@ std::vector<std::filesystem::path> OutputPaths::given() const {
 }
 
 RunFiles::RunFiles(const OutputPaths& paths, const Mesh& mesh, const Camera& camera, double frame_rate,
-                   std::optional<std::int64_t> expected_frames, const std::string& run) {
+                   std::optional<std::int64_t> expected_frames, const std::string& run)
+    : paths_(paths) {
   // A path that cannot be written should not cost the others what they hold from an earlier run.
   for (const std::filesystem::path& path : paths.given()) {
     require_writable(path);
@@ -62,23 +63,23 @@ void RunFiles::write(const TrackedFrame& tracked) {
 }
 
 void RunFiles::finish(const RunSummary& summary) {
-  // Each is completed even if another cannot be.
   std::exception_ptr failure;
-  const auto attempt = [&failure](const std::function<void()>& step) {
+  const auto complete = [&](const std::filesystem::path& path, const std::function<void()>& step) {
     try {
       step();
     } catch (...) {
+      incomplete_.push_back(path);
       failure = failure ? failure : std::current_exception();
     }
   };
   if (json_) {
-    attempt([&] { json_->finish(summary); });
+    complete(paths_.json, [&] { json_->finish(summary); });
   }
   if (video_) {
-    attempt([&] { video_->finish(); });
+    complete(paths_.overlay, [&] { video_->finish(); });
   }
   if (sheet_) {
-    attempt([&] { sheet_->finish(); });
+    complete(paths_.contact_sheet, [&] { sheet_->finish(); });
   }
   if (failure) {
     std::rethrow_exception(failure);

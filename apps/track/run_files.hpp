@@ -45,9 +45,15 @@ class RunFiles {
   /// out.
   void write(const TrackedFrame& tracked);
 
+  /// Completes each file, even if another cannot be; throws the first failure.
   void finish(const RunSummary& summary);
 
+  /// Those that finish() could not complete.
+  const std::vector<std::filesystem::path>& incomplete() const { return incomplete_; }
+
  private:
+  OutputPaths paths_;
+  std::vector<std::filesystem::path> incomplete_;
   std::optional<CsvWriter> csv_;
   std::optional<TumWriter> tum_;
   std::optional<JsonWriter> json_;

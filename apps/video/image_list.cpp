@@ -21,13 +21,6 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 14> kImageExtensions = {
     ".jpg", ".jpeg", ".jpe", ".jp2", ".png", ".bmp", ".tif", ".tiff", ".webp", ".ppm", ".pgm", ".pbm", ".pnm", ".hdr"};
 
-bool has_image_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) != kImageExtensions.end();
-}
-
 std::vector<fs::path> files_of(const fs::path& folder) {
   std::error_code failed;
   std::vector<fs::path> files;
@@ -58,7 +51,7 @@ std::optional<fs::path> folder_with_images(std::vector<fs::path> paths) {
   std::sort(paths.begin(), paths.end());
   for (const fs::path& path : paths) {
     for (fs::directory_iterator entry(path, failed), end; !failed && entry != end; entry.increment(failed)) {
-      if (has_image_extension(entry->path())) {
+      if (is_image_name(entry->path())) {
         return path;
       }
     }
@@ -69,7 +62,7 @@ std::optional<fs::path> folder_with_images(std::vector<fs::path> paths) {
 std::vector<ListedImage> images_of_folder(const std::string& folder) {
   std::vector<fs::path> files = files_of(folder);
   const std::optional<fs::path> below = folder_with_images(files);
-  std::erase_if(files, [](const fs::path& file) { return !has_image_extension(file); });
+  std::erase_if(files, [](const fs::path& file) { return !is_image_name(file); });
   if (files.empty()) {
     throw Error(ErrorCode::file,
                 fmt::format("the folder '{}' has no image files (jpg, png, bmp, tif, webp, ppm, ...){}", folder,
@@ -125,6 +118,13 @@ std::vector<ListedImage> images_of_printf(const std::string& pattern, const std:
 
 }  // namespace
 
+bool is_image_name(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) != kImageExtensions.end();
+}
+
 bool natural_less(const std::string& a, const std::string& b) {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   std::size_t i = 0;
@@ -163,7 +163,7 @@ std::optional<std::vector<ListedImage>> list_images(const std::string& input) {
     return images_of_folder(input);
   }
   if (fs::exists(input, failed)) {
-    if (has_image_extension(input) || cv::haveImageReader(input)) {
+    if (is_image_name(input) || cv::haveImageReader(input)) {
       return std::vector<ListedImage>{{input, 0}};
     }
     return std::nullopt;

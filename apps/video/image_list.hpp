@@ -21,6 +21,9 @@ struct ListedImage {
 /// An existing file is never taken for a pattern. Throws Error(file) when there are no such images.
 std::optional<std::vector<ListedImage>> list_images(const std::string& input);
 
+/// Whether a file of this name is taken for an image in a folder.
+bool is_image_name(const std::filesystem::path& path);
+
 /// True when `a` comes before `b` with runs of digits compared as numbers.
 bool natural_less(const std::string& a, const std::string& b);
 

@@ -19,9 +19,16 @@ namespace holdfast::io {
 /// file's unit into metres. Throws Error(file) or Error(model).
 HOLDFAST_EXPORT Mesh load_model(const std::filesystem::path& path, double scale = 1.0);
 
+/// The files that load_model() reads for this one: itself, and the material files, buffers and textures that it names,
+/// as far as they are there. The file alone where it is no model.
+HOLDFAST_EXPORT std::vector<std::filesystem::path> model_files(const std::filesystem::path& path);
+
 /// Writes OBJ, MTL and one PNG a textured material (alpha kept), side by side. Throws Error(output), and
 /// Error(invalid_argument) when the name does not end in .obj.
 HOLDFAST_EXPORT void save_model(const std::filesystem::path& path, const Mesh& mesh);
+
+/// The files, of those that are there already, that save_model() may replace under this name.
+HOLDFAST_EXPORT std::vector<std::filesystem::path> replaceable_model_files(const std::filesystem::path& path);
 
 /// A warning naming the likely unit when the object is under 1 mm or over 10 m, or when, seen at this pose, it is about
 /// 1000 times too large or too small for the picture, or when the focal length is too short for any lens and probably

@@ -1,3 +1,4 @@
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -10,7 +11,9 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -177,6 +180,21 @@ std::string lower_extension(const fs::path& path) {
   return extension;
 }
 
+/// Notes what an importer opens.
+class NotedFiles : public Assimp::DefaultIOSystem {
+ public:
+  explicit NotedFiles(std::vector<fs::path>& opened) : opened_(opened) {}
+
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    Assimp::IOStream* stream = DefaultIOSystem::Open(file, mode);
+    if (stream != nullptr && std::find(opened_.begin(), opened_.end(), file) == opened_.end()) opened_.push_back(file);
+    return stream;
+  }
+
+ private:
+  std::vector<fs::path>& opened_;
+};
+
 Mesh load_with_assimp(const fs::path& path, double scale) {
   Assimp::Importer importer;
   if (!path.has_extension() || !importer.IsExtensionSupported(path.extension().string())) {
@@ -216,6 +234,23 @@ Mesh load_model(const fs::path& path, double scale) {
     throw Error(ErrorCode::model, fmt::format("model '{}': {}", path.string(), reason));
   }
   return *std::move(mesh);
+}
+
+std::vector<fs::path> model_files(const fs::path& path) {
+  std::vector<fs::path> files{path};
+  Assimp::Importer importer;
+  importer.SetIOHandler(new NotedFiles(files));  // which the importer owns from now on
+  const aiScene* scene = importer.ReadFile(path.string(), 0);
+  for (unsigned i = 0; scene != nullptr && i < scene->mNumMaterials; ++i) {
+    const std::string name = diffuse_texture(*scene->mMaterials[i]).path;
+    if (name.empty() || scene->GetEmbeddedTexture(name.c_str()) != nullptr) continue;
+    try {
+      files.push_back(find_texture(path, name));
+    } catch (const Error&) {
+      // Not there.
+    }
+  }
+  return files;
 }
 
 }  // namespace holdfast::io

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -22,6 +25,9 @@ std::string without_blanks(std::string name) {
   }
   return name;
 }
+
+/// What stands before the extension of the files beside an OBJ.
+std::string companion_stem(const fs::path& path) { return without_blanks(path.stem().string()); }
 
 /// The materials' own names where they are set and tell them apart.
 std::vector<std::string> material_names(const Mesh& mesh) {
@@ -64,7 +70,7 @@ void save_model(const fs::path& path, const Mesh& mesh) {
                               path.string()));
     }
   }
-  const std::string stem = without_blanks(path.stem().string());
+  const std::string stem = companion_stem(path);
   const bool with_coordinates = !mesh.texture_coordinates.empty();
   const std::vector<std::string> names = material_names(mesh);
   std::string obj = "# units: metres\n";
@@ -104,6 +110,24 @@ void save_model(const fs::path& path, const Mesh& mesh) {
     }
   }
   write_text_file(path, obj);
+}
+
+std::vector<fs::path> replaceable_model_files(const fs::path& path) {
+  const std::string stem = companion_stem(path);
+  std::vector<fs::path> files;
+  std::error_code failed;
+  for (const fs::path& file : {path, path.parent_path() / (stem + ".mtl"), path.parent_path() / (stem + ".png")}) {
+    if (fs::exists(file, failed)) files.push_back(file);
+  }
+  // Gaps stand for materials without a texture.
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
+    const std::string name = entry->path().stem().string();
+    const bool numbered = name.starts_with(stem + "_") && name.size() > stem.size() + 1 &&
+                          name.find_first_not_of("0123456789", stem.size() + 1) == std::string::npos;
+    if (numbered && entry->path().extension() == ".png") files.push_back(entry->path());
+  }
+  return files;
 }
 
 }  // namespace holdfast::io

@@ -91,7 +91,7 @@ void SceneOnDevice::clear() const {
 
 void SceneOnDevice::run_tests(const kernel::hf_warp& warp, const kernel::hf_tests& tests) const {
   cl::Kernel kernel = device_.kernel("occlusion_tests");
-  set_arguments(kernel, value_, dx_, dy_, static_cast<int>(scene_.level.elements), depth_, usable_, scene_.level.layout,
+  set_arguments(kernel, dx_, dy_, static_cast<int>(scene_.level.elements), depth_, usable_, scene_.level.layout,
                 scene_.tiles, frame_, warp, tests, cells_, scene_.level.cells_x(), samples_, classes_);
   device_.enqueue_tiles(kernel, scene_.tiles.width, scene_.tiles.height);
 }
