@@ -330,13 +330,13 @@ TrackerOptions TrackerArguments::options() const {
   for (const auto& override_field : overrides_) {
     override_field(options);
   }
+  if (options.mode == Mode::paper) {
+    require_effect_in_paper_mode(options, options_of(preset_), mode_name());
+  }
   try {
     options.validate();
   } catch (const Error& error) {
     throw Error(error.code(), with_flag(error.what()));
-  }
-  if (options.mode == Mode::paper) {
-    require_effect_in_paper_mode(options, options_of(preset_), mode_name());
   }
   require_parts(options);
   return options;

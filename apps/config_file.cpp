@@ -13,6 +13,10 @@ namespace {
 
 constexpr const char* kConfigOption = "--config";
 
+bool has_option(const CLI::App& command, const std::string& name) {
+  return command.get_option_no_throw("--" + name) != nullptr || command.get_option_no_throw(name) != nullptr;
+}
+
 /// CLI11 reads configuration files at the root only, where a subcommand's options need a section. Here options without
 /// a section go to the subcommand that runs, so that a file made for `track` need not say [track].
 class SubcommandConfig : public CLI::ConfigTOML {
@@ -30,20 +34,25 @@ class SubcommandConfig : public CLI::ConfigTOML {
     if (subcommands.empty()) {
       return {};
     }
-    const std::string selected = subcommands.front()->get_name();
+    const CLI::App& command = *subcommands.front();
+    const std::string selected = command.get_name();
     std::vector<CLI::ConfigItem> kept;
     for (CLI::ConfigItem& item : all) {
       const bool section_mark = item.name == "++" || item.name == "--";
       if (item.parents.empty()) {
         item.parents.push_back(selected);
       } else if (!is_command(item.parents.front())) {
-        throw CLI::ConfigError(fmt::format(
-            "the configuration file has a section [{}], but there is no such command: name it [{}], or leave its "
-            "heading out",
-            item.parents.front(), selected));
+        throw CLI::ConfigError(
+            fmt::format("'{}' has a section [{}], but there is no such command: name it [{}], or leave its heading out",
+                        config_file(command).string(), item.parents.front(), selected));
       }
       if (!section_mark && item.parents.front() == selected) {
         std::replace(item.name.begin(), item.name.end(), '_', '-');
+        if (!has_option(command, item.name)) {
+          throw CLI::ConfigError(
+              fmt::format("'{}' sets '{}', but '{}' has no option of that name; lines are NAME = VALUE",
+                          config_file(command).string(), item.name, selected));
+        }
         kept.push_back(std::move(item));
       }
     }
@@ -68,6 +77,7 @@ void add_config_option(CLI::App& subcommand) {
       .add_option_function<std::string>(
           kConfigOption, [root](const std::string& path) { root->get_option(kConfigOption)->add_result(path); },
           "TOML or INI file with options of this command: long names without dashes; the command line wins")
+      ->check(CLI::ExistingFile)
       ->type_name("FILE")
       ->trigger_on_parse()
       ->configurable(false);

@@ -129,15 +129,26 @@ void Photometry::reset() {
   }
 }
 
+void Photometry::forget_cells() {
+  for (LevelCells& cells : cells_) cells.tiles = {};
+}
+
+bool Photometry::has(int level, int cell_x, int cell_y) const {
+  const kernel::hf_rect& tiles = cells_[static_cast<std::size_t>(level)].tiles;
+  const int x = cell_x / kCellsPerTile - tiles.x, y = cell_y / kCellsPerTile - tiles.y;
+  return x >= 0 && x < tiles.width && y >= 0 && y < tiles.height;
+}
+
 void Photometry::start_level(int level, const kernel::hf_rect& tiles, int from_level) {
   const auto l = static_cast<std::size_t>(level);
   const int stride = levels_[l].cells_x();
+  cells_[l].tiles = tiles;
   for (int cy = tiles.y * kCellsPerTile; cy < (tiles.y + tiles.height) * kCellsPerTile; ++cy) {
     for (int cx = tiles.x * kCellsPerTile; cx < (tiles.x + tiles.width) * kCellsPerTile; ++cx) {
       float* pair = cells_[l].pairs.data() + static_cast<std::size_t>(HF_CELL_PAIRS * (cy * stride + cx));
-      if (from_level >= 0) {
+      const int down = from_level - level;
+      if (from_level >= 0 && has(from_level, cx >> down, cy >> down)) {
         const auto from = static_cast<std::size_t>(from_level);
-        const int down = from_level - level;
         const float* coarse =
             cells_[from].pairs.data() +
             static_cast<std::size_t>(HF_CELL_PAIRS * ((cy >> down) * levels_[from].cells_x() + (cx >> down)));

@@ -34,8 +34,11 @@ class Photometry {
     for (double& gain : gain_) gain /= factor;
   }
 
-  /// Fills the cells of these tiles of a level with the object's pair, or with what their place had on the coarser
-  /// level `from_level`.
+  /// No level has cells of its own any more: before a frame.
+  void forget_cells();
+
+  /// Fills the cells of these tiles of a level with the object's pair, or with what their place has on the coarser
+  /// level `from_level`, as far as the last view there reached.
   void start_level(int level, const kernel::hf_rect& tiles, int from_level = -1);
 
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
@@ -73,7 +76,11 @@ class Photometry {
   struct LevelCells {
     std::vector<float> pairs;  ///< HF_CELL_PAIRS a cell, rows of Level::cells_x()
     cl::Buffer buffer;
+    kernel::hf_rect tiles{};  ///< whose cells the last view filled
   };
+
+  /// Whether the last view of a level filled this cell.
+  bool has(int level, int cell_x, int cell_y) const;
 
   void blur_moments(int columns, int rows);
 

@@ -321,6 +321,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   times_ = {};
   solved_systems_ = 0;
   first_gradient_pixels_ = 0;
+  photometry_.forget_cells();
   filter_.set_fine_level(look_.optics.fine_blur.on && !motion_.lost() ? finest_ : -1);
   FrameResult result;
   Estimate best;

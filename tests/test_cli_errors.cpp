@@ -245,11 +245,18 @@ TEST_CASE("Configuration files") {
   CHECK(run.exit_code == kOk);
   const std::string poses = read_file(inputs().folder() / "config.csv");
   CHECK(std::count(poses.begin(), poses.end(), '\n') == 3);
-  check_fails(kUsage, track({{"--config", "none.toml"}}), {"none.toml"});
+  check_fails(kUsage, track({{"--config", "none.toml"}}), {"--config", "none.toml"});
+  check_fails(kUsage, track({{"--config", "frames"}}), {"--config", "frames", "directory"});
   write("bad.toml", "colour = \"green\"\n");
-  check_fails(kUsage, track({{"--config", "bad.toml"}}), {"colour"});
+  check_fails(kUsage, track({{"--config", "bad.toml"}}), {"'bad.toml'", "'colour'", "'track'"});
+  check_fails(kUsage, track({{"--config", "first.txt"}}), {"'first.txt'"});
   write("section.toml", "[trak]\nlevels = 2\n");
-  check_fails(kUsage, track({{"--config", "section.toml"}}), {"[trak]", "[track]"});
+  check_fails(kUsage, track({{"--config", "section.toml"}}), {"'section.toml'", "[trak]", "[track]"});
+  write("input.toml", "input = \"frames\"\nstop = 1\n");
+  CHECK(inputs()
+            .run({"track", "--config", "input.toml", "--model", "box.obj", "--camera", "camera.yml", "--init",
+                  "first.txt", "--poses", "config.csv"})
+            .exit_code == kOk);
   write("range.toml", "levels = 99\n");
   check_fails(kUsage, track({{"--config", "range.toml"}}), {"levels"});
 }

@@ -119,12 +119,10 @@ TEST_CASE("Values out of range name the flag that was typed") {
 }
 
 TEST_CASE("Paper mode refuses what it has no use for, unless it is as it would be anyway") {
-  const std::vector<std::vector<std::string>> idle{{"--levels", "2"},         {"--levels", "2", "--finest-level", "1"},
-                                                   {"--most-pixels", "9000"}, {"--enough-pixels", "900"},
-                                                   {"--iterations", "2"},     {"--correlation-search"},
-                                                   {"--search-radius", "64"}, {"--motion-blur"},
-                                                   {"--coarse-color"},        {"--lens-blur"},
-                                                   {"--challenge"},           {"--recovery"}};
+  const std::vector<std::vector<std::string>> idle{
+      {"--levels", "2"},     {"--finest-level", "1"},  {"--most-pixels", "9000"}, {"--enough-pixels", "900"},
+      {"--iterations", "2"}, {"--correlation-search"}, {"--search-radius", "64"}, {"--motion-blur"},
+      {"--coarse-color"},    {"--lens-blur"},          {"--challenge"},           {"--recovery"}};
   for (const std::vector<std::string>& options : idle) {
     const std::string flag = options.front();
     CAPTURE(flag);

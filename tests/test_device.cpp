@@ -315,6 +315,15 @@ TEST_CASE("program cache: a folder that cannot be written costs nothing but comp
   const auto file = folder.write("file", "not a folder");
   CHECK(converts_a_frame(Device(DeviceOptions{.device = {}, .cache_folder = file / "cache"})));
   CHECK(read_file(file) == "not a folder");
+  const DeviceOptions taken{.device = {}, .cache_folder = folder / "taken"};
+  CHECK(converts_a_frame(Device(taken)));
+  const auto compiled = files_in(taken.cache_folder);
+  REQUIRE(compiled.size() == 1);
+  std::filesystem::remove(compiled[0]);
+  std::filesystem::create_directory(compiled[0]);  // where the file belongs
+  CHECK(converts_a_frame(Device(taken)));
+  CHECK(std::filesystem::is_directory(compiled[0]));
+  CHECK(files_in(taken.cache_folder) == compiled);
   if (geteuid() != 0) {  // permissions do not stop root
     const auto locked = folder / "locked";
     std::filesystem::create_directory(locked);
