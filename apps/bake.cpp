@@ -98,7 +98,9 @@ void BakeCommand::add_to(CLI::App& command) {
       ->type_name("N")
       ->group(frames_group);
   command.add_option("--stop", stop, "First frame not looked at any more [end]")->type_name("N")->group(frames_group);
-  command.add_option("--every", options.every, "Take texture from every N-th frame")
+  command
+      .add_option("--every", options.every,
+                  "Take texture from every N-th frame; with --init, from all of the first twenty")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str()
       ->type_name("N")

@@ -167,9 +167,10 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
 void TrackerArguments::add_to(CLI::App& app) {
   using O = TrackerOptions;
   app_ = &app;
-  add_choice<Preset>(app, "--mode", preset_, kPresets,
-                     "Everything; that for a quarter of the time; one view and one solution a frame, as the paper's "
-                     "tracker but steadied; or that as published [default, whose values are listed here]")
+  add_choice<Preset>(
+      app, "--mode", preset_, kPresets,
+      "Everything; that for a tenth to half of the time; one view and one solution a frame, as the paper's "
+      "tracker but steadied; or that as published [default, whose values are listed here]")
       ->group(kTrackerGroup);
 
   add(

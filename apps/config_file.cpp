@@ -77,7 +77,7 @@ void add_config_option(CLI::App& subcommand) {
       .add_option_function<std::string>(
           kConfigOption, [root](const std::string& path) { root->get_option(kConfigOption)->add_result(path); },
           "TOML or INI file with options of this command: long names without dashes; the command line wins")
-      ->check(CLI::ExistingFile)
+      ->check(CLI::Validator(CLI::ExistingFile).description(""))
       ->type_name("FILE")
       ->trigger_on_parse()
       ->configurable(false);

@@ -99,7 +99,8 @@ class HOLDFAST_EXPORT Tracker {
   FrameResult track(const ImageView& frame);
   FrameResult track(const DeviceImageView& frame);
 
-  /// As track(), without prediction, search or moving on: refines the pose given on this frame.
+  /// As track(), without prediction, search or moving on: refines the pose given on this frame. What track() finds
+  /// next is what it would have found anyway.
   FrameResult refine(const ImageView& frame, const Pose& T_camera_object);
 
   /// The per-pixel decision of the last frame, at its last iteration on the finest level.
