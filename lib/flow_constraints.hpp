@@ -16,7 +16,9 @@ struct ConstraintSums {
   double weight = 0;
   double rows = 0;
   Matrix6 A_rows = Matrix6::Zero();  ///< A before light was eliminated
-  double scale = 0;                  ///< of residuals, that the weights were made with
+  /// What is left of a motion beside light (left_beside_light()), already taken from A and h.
+  Matrix6 beside_light = Matrix6::Identity();
+  double scale = 0;  ///< of residuals, that the weights were made with
   double visible = 0, usable = 0, gradient = 0, passed = 0, used = 0;  ///< pixels
 };
 

@@ -13,6 +13,9 @@ namespace {
 /// correlation; or less of it, behind an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
+/// Or few pixels, that agree very well and tell the pose where they lead (object radii and radians, standard
+/// deviations). What is wrong may agree as well, but the few pixels that do hardly ever tell how it is turned.
+constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.03, kPartTurn = 0.02;
 /// What is enough anywhere: of the usual share, or less that agrees better, of the gradient pixels.
 constexpr double kFoundAtOnce = 0.8, kFoundClearly = 0.5;
 /// What is enough to be held on to where it was not expected; with less, fast motion was followed wrongly.
@@ -30,8 +33,10 @@ constexpr double kOpenTurn = 0.2;
 constexpr double kMuchHidden = 0.4;
 /// Factor by which the light changes within a few frames that is worth a word.
 constexpr double kOtherLight = 1.4;
-/// Worth starting from in the next frame, though not to be believed yet.
+/// Worth starting from in the next frame, though not to be believed yet: a share of the gradient pixels; or few that
+/// tell the pose half as surely as would be believed.
 constexpr double kPromisingShare = 0.15, kPromisingCorrelation = 0.9;
+constexpr double kPromisingPixels = 200, kHalfAsSure = 2;
 /// Fewer gradient pixels than this are no texture.
 constexpr double kLeastGradientPixels = 20;
 
@@ -39,6 +44,13 @@ constexpr double kLeastGradientPixels = 20;
 bool is_sure_sliver(const Estimate& estimate) {
   return estimate.sums.used >= kSliverPixels && estimate.correlation >= kSliverCorrelation &&
          estimate.deviation <= kSliverDeviation;
+}
+
+/// Of few pixels that agree very well: how sure they are of the pose, beside what is enough of a part.
+bool tells_pose(const Estimate& estimate, double pixels, double times_deviation) {
+  return estimate.sums.used >= pixels && estimate.correlation >= kPartCorrelation &&
+         estimate.deviation <= times_deviation * kPartDeviation &&
+         estimate.turn_deviation() <= times_deviation * kPartTurn;
 }
 
 }  // namespace
@@ -74,11 +86,14 @@ bool is_good(const Estimate& estimate, const TrackerOptions& options, const Stan
   const double usual_share = standing.usual_share > 0 ? standing.usual_share : kOrdinaryShare;
   const bool clear =
       share >= kFoundAtOnce * usual_share || (share >= kFoundClearly && estimate.correlation >= kFoundPartCorrelation);
-  return is_probable(estimate) && (standing.expected || clear);
+  if (is_probable(estimate)) return standing.expected || clear;
+  return standing.expected && tells_pose(estimate, kPartPixels, 1);
 }
 
 bool is_promising(const Estimate& estimate) {
-  return estimate.solved && estimate.used_share() >= kPromisingShare && estimate.correlation >= kPromisingCorrelation;
+  if (!estimate.solved) return false;
+  return (estimate.used_share() >= kPromisingShare && estimate.correlation >= kPromisingCorrelation) ||
+         tells_pose(estimate, kPromisingPixels, kHalfAsSure);
 }
 
 namespace {

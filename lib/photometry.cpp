@@ -1,5 +1,7 @@
 #include "photometry.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -106,6 +108,18 @@ struct TileLight {
 };
 
 }  // namespace
+
+Matrix6 left_beside_light(const Matrix6& A, const Matrix6& A_rows) {
+  if (Eigen::LLT<Matrix6>(A).info() == Eigen::Success) return Matrix6::Identity();
+  // Sums of floats are good to 1e-7.
+  const Matrix6 rows = A_rows + 1e-7 * A_rows.trace() * Matrix6::Identity();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> eigen(A, rows);
+  Matrix6 motions = eigen.eigenvectors();
+  for (int i = 0; i < 6; ++i) {
+    if (eigen.eigenvalues()(i) <= 0) motions.col(i).setZero();
+  }
+  return motions * motions.transpose() * rows;
+}
 
 Photometry::Photometry(const Device::Impl& device, const std::vector<Level>& levels, bool enabled)
     : device_(device), levels_(levels), enabled_(enabled) {
@@ -257,6 +271,10 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
       }
     }
   }
+  sums.beside_light = left_beside_light(sums.A, sums.A_rows);
+  if (sums.beside_light.isIdentity(0)) return;
+  sums.A = (sums.beside_light.transpose() * sums.A * sums.beside_light).eval();
+  sums.h = (sums.beside_light.transpose() * sums.h).eval();
 }
 
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
@@ -275,6 +293,12 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
         tile.to_dark += gain_[c] * light.to_dark[c];
       }
     }
+  }
+  if (sums.beside_light.isIdentity(0)) return;
+  for (TileEquations& tile : equations) {
+    tile.A = (sums.beside_light.transpose() * tile.A * sums.beside_light).eval();
+    tile.h = (sums.beside_light.transpose() * tile.h).eval();
+    tile.to_dark = (sums.beside_light.transpose() * tile.to_dark).eval();
   }
 }
 
@@ -303,7 +327,8 @@ double Photometry::correlation(const FlowConstraints& constraints) {
       }
     }
   }
-  return vv > 0 && ii > 0 ? vi / std::sqrt(vv * ii) : 0;
+  // Where hardly a pixel is used, what is left of the sums is rounding.
+  return vv > 0 && ii > 0 ? std::clamp(vi / std::sqrt(vv * ii), -1.0, 1.0) : 0;
 }
 
 }  // namespace holdfast

@@ -9,6 +9,12 @@
 
 namespace holdfast {
 
+/// Takes from a motion, conditioned, what light explains altogether. Light is eliminated with the geometry of cells'
+/// middles, so that of few pixels far from them it may take more than the rows say (`A_rows`), and what is left, `A`,
+/// is less than nothing along some motions. A motion y becomes `result` y, A becomes result^T A result, h result^T h.
+/// The identity where A is positive definite.
+Matrix6 left_beside_light(const Matrix6& A, const Matrix6& A_rows);
+
 /// Gain and bias between model texture and frame, I = gain V + bias a channel: one pair for the whole object, carried
 /// from frame to frame, and one a cell of HF_CELL pixels around it, interpolated between cells, because light falls
 /// differently on every part of a surface (equations 15 and 16 of docs/math.md).

@@ -133,6 +133,48 @@ TEST_CASE("to be found again takes more than to be held on to") {
   CHECK(judge(estimate, {}, lost).status == Status::held);
 }
 
+TEST_CASE("found again by a part of it: where it is expected, if the part tells the pose") {
+  Estimate part = fine();
+  part.sums.used = 600;  // 12 % of the gradient pixels
+  part.correlation = 0.99;
+  part.deviation = 0.02;
+  Circumstances lost = usual();
+  lost.lost_before = lost.expected = true;
+  CHECK(judge(part, {}, lost).status == Status::held);
+  CHECK(judge(part, {}, lost).reason == "occluded 83 %");
+
+  Circumstances elsewhere = lost;
+  elsewhere.expected = false;
+  CHECK(judge(part, {}, elsewhere).status == Status::lost);
+  CHECK(is_promising(part));
+  const auto check_lost = [&](const Estimate& estimate, bool promising) {
+    CHECK(judge(estimate, {}, lost).status == Status::lost);
+    CHECK(is_promising(estimate) == promising);
+  };
+  Estimate changed = part;
+  changed.sums.used = 499;  // less than lost_visible_share
+  check_lost(changed, true);
+  changed.sums.used = 290;
+  changed.sums.gradient = 2500;  // a share that would do, of few pixels
+  check_lost(changed, true);
+  changed.sums.used = 190;
+  changed.sums.gradient = 1500;
+  check_lost(changed, false);
+  changed = part;
+  changed.correlation = 0.97;
+  check_lost(changed, false);
+  changed = part;
+  changed.deviation = 0.05;
+  check_lost(changed, true);
+  changed.deviation = 0.07;
+  check_lost(changed, false);
+  changed = part;
+  changed.covariance = 9e-4 * Matrix6::Identity();  // 0.03 rad
+  check_lost(changed, true);
+  changed.covariance = 25e-4 * Matrix6::Identity();
+  check_lost(changed, false);
+}
+
 TEST_CASE("to be held where it was not expected takes more") {
   Estimate estimate = fine();
   Circumstances surprising = usual();
