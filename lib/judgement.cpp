@@ -13,8 +13,9 @@ namespace {
 /// correlation; or less of it, behind an occluder, that agrees better.
 constexpr double kFoundShare = 0.4, kFoundCorrelation = 0.85;
 constexpr double kFoundPartShare = 0.3, kFoundPartCorrelation = 0.96;
-/// Or few pixels, that agree very well and tell the pose where they lead (object radii and radians, standard
-/// deviations). What is wrong may agree as well, but the few pixels that do hardly ever tell how it is turned.
+/// Or few pixels, that agree very well and tell the pose (object radii and radians, standard deviations). Where the
+/// object is expected, what is wrong but agrees as well leaves a turn open; elsewhere another part of it may look like
+/// this one, and be as sure.
 constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.03, kPartTurn = 0.02;
 /// What is enough anywhere: of the usual share, or less that agrees better, of the gradient pixels.
 constexpr double kFoundAtOnce = 0.8, kFoundClearly = 0.5;
