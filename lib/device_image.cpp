@@ -1,6 +1,7 @@
 #include "device_image.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace holdfast {
@@ -58,7 +59,30 @@ Rect DeviceImage::region(const Rect& wanted) const {
   return aligned(wanted, alignment, levels_[0].padded_width, levels_[0].padded_height);
 }
 
-void DeviceImage::check(int width, int height) const { check_frame(width, height, camera_); }
+void DeviceImage::check(const ImageView& frame) const {
+  check_frame(frame.width, frame.height, camera_);
+  check_pairs(frame.format, frame.width, frame.height);
+  if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
+  checked_stride(frame.stride_bytes, frame.format, frame.width);
+}
+
+void DeviceImage::check(const DeviceImageView& frame) const {
+  check_frame(frame.width, frame.height, camera_);
+  check_pairs(frame.format, frame.width, frame.height);
+  if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
+  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
+  const cl::Buffer buffer(frame.buffer, true);
+  if (buffer.getInfo<CL_MEM_CONTEXT>()() != device_.context()) {
+    throw Error(ErrorCode::image, "the frame's OpenCL buffer belongs to another context than the tracker's device");
+  }
+  const std::size_t end = frame.offset_bytes + frame_bytes(frame.format, frame.height, stride);
+  if (buffer.getInfo<CL_MEM_SIZE>() < end) {
+    throw Error(ErrorCode::image, "the frame's OpenCL buffer is smaller than its size, stride and offset say");
+  }
+  if (end > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    throw Error(ErrorCode::image, "the frame ends more than 2 GiB into its OpenCL buffer; give it a buffer of its own");
+  }
+}
 
 void DeviceImage::wait_for_upload() noexcept {
   if (uploaded_() == nullptr) return;
@@ -68,9 +92,7 @@ void DeviceImage::wait_for_upload() noexcept {
 }
 
 void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
-  check_frame(frame.width, frame.height, camera_);
-  check_pairs(frame.format, frame.width, frame.height);
-  if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
+  check(frame);
   const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
   const std::size_t packed = packed_stride(frame.format, frame.width);
   const bool all = camera_.has_distortion();
@@ -97,18 +119,9 @@ void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
 }
 
 void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& region) {
-  check_frame(frame.width, frame.height, camera_);
-  check_pairs(frame.format, frame.width, frame.height);
-  if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
-  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
-  const cl::Buffer buffer(frame.buffer, true);
-  if (buffer.getInfo<CL_MEM_CONTEXT>()() != device_.context()) {
-    throw Error(ErrorCode::image, "the frame's OpenCL buffer belongs to another context than the tracker's device");
-  }
-  if (buffer.getInfo<CL_MEM_SIZE>() < frame.offset_bytes + frame_bytes(frame.format, frame.height, stride)) {
-    throw Error(ErrorCode::image, "the frame's OpenCL buffer is smaller than its size, stride and offset say");
-  }
-  set_frame(buffer, frame.format, frame.offset_bytes, stride, region);
+  check(frame);
+  set_frame(cl::Buffer(frame.buffer, true), frame.format, frame.offset_bytes,
+            checked_stride(frame.stride_bytes, frame.format, frame.width), region);
 }
 
 void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,

@@ -124,7 +124,10 @@ bool OutlineStage::approach(OutlineEstimate& estimate, int level, const OutlineS
     const Solution solution = solve(with_expectation(estimate.sums, expected), conditioning(), 0);
     ++effort_.solved_systems;
     estimate.solved = solution.solved;
-    if (!solution.solved) return false;
+    if (!solution.solved) {
+      estimate.visible_pixels = visible_pixels();
+      return false;
+    }
     const Pose before = D_;
     D_ = renormalized(D_ * exp_se3(solution.twist));
     if (motion(level, before, D_) < kConverged) break;

@@ -169,11 +169,27 @@ void Photometry::start_level(int level, const kernel::hf_rect& tiles, int from_l
         std::copy(coarse, coarse + 2 * HF_CHANNELS, pair);
         continue;
       }
-      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        pair[c] = static_cast<float>(gain_[c]);
-        pair[HF_CHANNELS + c] = static_cast<float>(bias_[c]);
-      }
+      set_object_pair(pair);
     }
+  }
+}
+
+void Photometry::fill_missing(int level, const kernel::hf_rect& tiles) {
+  LevelCells& cells = cells_[static_cast<std::size_t>(level)];
+  const int stride = levels_[static_cast<std::size_t>(level)].cells_x();
+  for (int cy = tiles.y * kCellsPerTile; cy < (tiles.y + tiles.height) * kCellsPerTile; ++cy) {
+    for (int cx = tiles.x * kCellsPerTile; cx < (tiles.x + tiles.width) * kCellsPerTile; ++cx) {
+      if (!has(level, cx, cy))
+        set_object_pair(&cells.pairs[static_cast<std::size_t>(HF_CELL_PAIRS * (cy * stride + cx))]);
+    }
+  }
+  cells.tiles = tiles;
+}
+
+void Photometry::set_object_pair(float* pair) const {
+  for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+    pair[c] = static_cast<float>(gain_[c]);
+    pair[HF_CHANNELS + c] = static_cast<float>(bias_[c]);
   }
 }
 

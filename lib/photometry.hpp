@@ -47,6 +47,9 @@ class Photometry {
   /// level `from_level`, as far as the last view there reached.
   void start_level(int level, const kernel::hf_rect& tiles, int from_level = -1);
 
+  /// The same for those of these tiles alone that the last view there did not reach.
+  void fill_missing(int level, const kernel::hf_rect& tiles);
+
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
   void update(int level, const FlowConstraints& constraints);
 
@@ -88,6 +91,7 @@ class Photometry {
   /// Whether the last view of a level filled this cell.
   bool has(int level, int cell_x, int cell_y) const;
 
+  void set_object_pair(float* cell) const;
   void blur_moments(int columns, int rows);
 
   const Device::Impl& device_;

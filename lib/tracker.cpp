@@ -173,12 +173,13 @@ kernel::hf_constraints Tracker::Impl::enqueue_level(int level, const Pose& D, in
   // A coarse level's cells are too large for their middles to stand for them: what is eliminated could exceed A.
   options.elimination = level == finest_ && photometry_.eliminates() ? 1 : 0;
   constraints_.enqueue(view_, occlusion_, level, options, photometry_.buffer(level));
+  decided_ = level == finest_drawn_;
   return options;
 }
 
 void Tracker::Impl::look_at_last() {
   const Pose T_looked_at = renormalized(D_last_ * view_.T_camera_object());
-  if (!last_.solved || corner_motion(T_looked_at, last_.T_camera_object) < kSameLook) return;
+  if (!last_.solved || (decided_ && corner_motion(T_looked_at, last_.T_camera_object) < kSameLook)) return;
   if (!draw(last_.T_camera_object, finest_, 1)) return;
   D_last_ = Pose::Identity();
   photometry_.start_level(finest_, view_.planes(finest_).tiles);
@@ -186,7 +187,7 @@ void Tracker::Impl::look_at_last() {
 }
 
 void Tracker::Impl::decide_all_pixels() {
-  if (looked_at_every_ == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
+  if (!decided_ || looked_at_every_ == 1 || view_.planes(finest_drawn_).tiles.width == 0) return;
   enqueue_level(finest_drawn_, D_last_, 1);
 }
 
@@ -332,6 +333,10 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     const Scope scope = direct ? Scope{} : this->scope(hypotheses, search);
     OutlineEstimate outline;
     bool by_outline = false;
+    if (!direct && scope.wanted.empty()) {
+      view_.clear();
+      decided_ = false;
+    }
     if (!scope.wanted.empty()) {
       {
         const Stopwatch watch(times_.upload);
@@ -359,7 +364,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     course_.last_promising = by_outline || is_promising(best);
     const bool again = course_.probable_frames > 0 && goes_on(course_.T_last, result.T_camera_object, kSameTurn);
     course_.probable_frames = !by_outline && is_probable(best) ? (again ? course_.probable_frames + 1 : 1) : 0;
-    course_.T_last = result.T_camera_object;
+    course_.T_last = T_shown_ = result.T_camera_object;
   }
   result.iterations = solved_systems_;
   result.ms = times_;
@@ -435,11 +440,12 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   if (!started_) {
     throw Error(ErrorCode::invalid_argument, "track() before reset(): the tracker has no first pose");
   }
-  image_.check(frame.width, frame.height);  // before anything is taken for seen
+  image_.check(frame);  // before anything is taken for seen
   if (by_outline_) return track_outline(frame);
   const bool search = options_.correlation_search && options_.mode != Mode::paper;
   choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
+  const bool colors_known = outline_.colors_known();
   moved_ = !motion_.lost() && expects_motion();
   expect();
   FrameResult result =
@@ -496,6 +502,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
     motion_.advance(result.T_camera_object, as_usual, T_moved_to);
   } else {
     restore(before);
+    if (!colors_known) outline_.clear();  // they are not the object's
     const Pose T_supposed = motion_.supposed(options_.predict_velocity);
     motion_.lose();
     if (course_.last_promising) {
@@ -509,7 +516,7 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
 
 FrameResult Tracker::Impl::refine(const ImageView& frame, const Pose& T_start) {
   validate_pose(T_start);
-  image_.check(frame.width, frame.height);
+  image_.check(frame);
   if (by_outline_ || (options_.outline && !shows_texture(T_start))) return refine_outline(frame, T_start);
   MotionModel::Hypotheses start;
   start.poses[0] = T_start;

@@ -293,9 +293,11 @@ struct Tracker::Impl {
   std::vector<LitPatch> patches_;            ///< of the last frame held
   bool shaded_ = false;                      ///< the view is drawn as light falls on it
   bool textured_ = false;
-  bool has_appearance_ = true;    ///< of the mesh, or given since
-  bool by_outline_ = false;       ///< nothing but the outline to go by
-  bool last_by_outline_ = false;  ///< in the last frame
+  bool has_appearance_ = true;       ///< of the mesh, or given since
+  bool by_outline_ = false;          ///< nothing but the outline to go by
+  bool last_by_outline_ = false;     ///< in the last frame
+  Pose T_shown_ = Pose::Identity();  ///< the last frame's, refine()'s too
+  bool decided_ = false;             ///< the classes are of the view that is drawn
   OutlineMemory outline_memory_;
   CarriedSpread spread_;
   Look look_;

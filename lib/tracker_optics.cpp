@@ -66,6 +66,7 @@ Estimate Tracker::Impl::refitted(const Pose& T_camera_object, const Optics& opti
   look_.optics = optics;
   blur_frame(T_camera_object, optics);
   if (!draw(T_camera_object, finest_, 1)) return {};
+  photometry_.fill_missing(finest_, view_.planes(finest_).tiles);
   // Once for its gain and bias. Then at its own best pose: the present one favours the present way.
   evaluate(finest_, Pose::Identity());
   Pose D = Pose::Identity();

@@ -25,6 +25,8 @@ constexpr double kStrays = 3, kLeastStray = 0.015, kMostStray = 0.08;
 constexpr double kHardlyWorse = 0.9;
 /// Share of the outline that may be hidden without a word.
 constexpr double kMuchHidden = 0.25;
+/// Fewer lines of the outline than this, on the frame, tell no pose.
+constexpr double kFewLines = 12;
 /// How often colours are learnt anew from a first pose, which may be off, or a frame behind.
 constexpr int kFirstLooks = 2;
 
@@ -149,7 +151,7 @@ FrameResult Tracker::Impl::follow_outline(const Frame& frame, const MotionModel:
     result.iterations = solved_systems_;
     outline_memory_.note_score(best.score);
     last_by_outline_ = true;
-    course_.T_last = best.T_camera_object;
+    course_.T_last = T_shown_ = best.T_camera_object;
   }
   result.ms = times_;
   return result;
@@ -184,8 +186,12 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
     result.status = Status::held;
     const double hidden = 1 - sums.near / sums.lines;
     if (hidden > kMuchHidden) result.reason = "outline hidden " + std::to_string(std::lround(100 * hidden)) + " %";
+  } else if (!estimate.solved && result.visible_pixels <= 0) {
+    result.reason = "out of view";
+  } else if (!estimate.solved && sums.lines < kFewLines) {
+    result.reason = "too little of the outline in view";
   } else if (!estimate.solved) {
-    result.reason = result.visible_pixels > 0 ? "too little of the outline in view" : "out of view";
+    result.reason = "the outline is not found: nothing there stands out from its background";
   } else if (!is_expected(estimate)) {
     result.reason = "the outline fits only where the object could hardly have come to";
   } else {
@@ -197,6 +203,7 @@ void Tracker::Impl::report_outline(const OutlineEstimate& estimate, FrameResult&
 template <typename Frame>
 FrameResult Tracker::Impl::track_outline(const Frame& frame) {
   choose_finest_level();
+  const bool colors_known = outline_.colors_known();
   FrameResult result = follow_outline(frame, motion_.hypotheses(options_.predict_velocity, true));
   if (result.status == Status::held) {
     course_.visible_pixels = result.visible_pixels;
@@ -206,6 +213,7 @@ FrameResult Tracker::Impl::track_outline(const Frame& frame) {
   } else {
     result.T_camera_object = motion_.supposed(options_.predict_velocity);
     motion_.lose();
+    if (!colors_known) outline_.clear();  // they are not the object's
   }
   return result;
 }

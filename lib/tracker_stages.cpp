@@ -79,6 +79,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
   finest_drawn_ = finest;
+  decided_ = false;
   return drawn;
 }
 
@@ -259,6 +260,7 @@ Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool l
   look_.exposure = exposure_before;
   look_.exposed_light = light_before;
   if (!drawn) return estimate;
+  photometry_.fill_missing(level, view_.planes(level).tiles);
   estimate.sums = evaluate(level, Pose::Identity());
   estimate.looked_at_every = looked_at_every_;
   estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;

@@ -13,7 +13,7 @@ PixelMask Tracker::pixel_mask() const {
     if (impl.last_by_outline_) {
       PixelMask mask{impl.camera_.width, impl.camera_.height, {}};
       mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
-      impl.outline_.classify(impl.course_.T_last, impl.finest_, mask.classes);
+      impl.outline_.classify(impl.T_shown_, impl.finest_, mask.classes);
       return mask;
     }
     impl.look_at_last();
@@ -25,6 +25,7 @@ PixelMask Tracker::pixel_mask() const {
     mask.width = impl.camera_.width;
     mask.height = impl.camera_.height;
     mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
+    if (!impl.decided_) return mask;
     std::vector<std::uint8_t> classes(level.elements);
     impl.device_.impl().queue.enqueueReadBuffer(impl.constraints_.classes(level_index), CL_TRUE, 0, classes.size(),
                                                 classes.data());
@@ -48,7 +49,7 @@ RenderedView Tracker::rendered_view() const {
   RenderedView view;
   view.width = impl.camera_.width;
   view.height = impl.camera_.height;
-  view.T_camera_object = impl.last_by_outline_ ? impl.course_.T_last : impl.view_.T_camera_object();
+  view.T_camera_object = impl.last_by_outline_ ? impl.T_shown_ : impl.view_.T_camera_object();
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);

@@ -1,6 +1,8 @@
 // What a frame leaves behind in a tracker: what track() found in it, and nothing else.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
@@ -16,6 +18,7 @@ namespace {
 
 using namespace holdfast;
 using simulation::Sequence;
+using simulation::SequenceOptions;
 using test::box;
 using test::clutter;
 using test::error_of;
@@ -78,15 +81,100 @@ TEST_CASE("the caller's memory is the caller's again when track() returns") {
 }
 
 TEST_CASE("a frame that is refused leaves no trace") {
+  const Camera& camera = sequence().camera();
+  const cv::Mat narrow(camera.height, camera.width - 1, CV_8UC3, cv::Scalar::all(90));
+  const ImageView good = view_of(frames()[0]);
+  ImageView nothing = good, short_rows = good;
+  nothing.data = nullptr;
+  short_rows.stride_bytes = 100;
+  Pose T_far = sequence().pose(0);
+  T_far.translation() += Eigen::Vector3d(0.05, 0.02, 0.3);
   for (const auto& [name, mesh] : models()) {
     CAPTURE(name);
     Pair trackers(mesh);
-    const cv::Mat narrow(sequence().camera().height, sequence().camera().width - 1, CV_8UC3, cv::Scalar::all(90));
     for (const cv::Mat& frame : frames()) {
-      CHECK(error_of([&] { trackers.one.track(view_of(narrow)); }).code == ErrorCode::image);
-      CHECK(error_of([&] { trackers.one.refine(view_of(narrow), sequence().pose(0)); }).code == ErrorCode::image);
+      for (const ImageView& refused : {view_of(narrow), nothing, short_rows}) {
+        CHECK(error_of([&] { trackers.one.track(refused); }).code == ErrorCode::image);
+        CHECK(error_of([&] { trackers.one.refine(refused, T_far); }).code == ErrorCode::image);
+      }
+      CHECK(error_of([&] { trackers.one.track(DeviceImageView{}); }).code == ErrorCode::image);
       trackers.check_same(trackers.one.track(view_of(frame)), trackers.other.track(view_of(frame)));
     }
+  }
+}
+
+TEST_CASE("a first frame without the object, as cameras begin with, leaves nothing to follow instead of it") {
+  for (const auto& [name, mesh] : models()) {
+    CAPTURE(name);
+    for (const int grey : {0, 128}) {
+      CAPTURE(grey);
+      Tracker tracker(mesh, sequence().camera());
+      tracker.reset(sequence().pose(0));
+      const cv::Mat empty(frames()[0].size(), CV_8UC3, cv::Scalar::all(grey));
+      const FrameResult first = tracker.track(view_of(empty));
+      CHECK(first.status == Status::lost);
+      CHECK(first.reason != "out of view");
+      for (std::size_t i = 0; i < frames().size(); ++i) {
+        CAPTURE(i);
+        const FrameResult result = tracker.track(view_of(frames()[i]));
+        if (i >= 2) CHECK(result.status == Status::held);
+        if (result.status == Status::held) {
+          CHECK(pose_error(sequence().pose(static_cast<int>(i)), result.T_camera_object).millimetres < 15);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("view and mask are of the last frame, refine()'s too") {
+  for (const auto& [name, mesh] : models()) {
+    CAPTURE(name);
+    Tracker tracker(mesh, sequence().camera());
+    tracker.reset(sequence().pose(0));
+    tracker.track(view_of(frames()[0]));
+    const FrameResult refined = tracker.refine(view_of(frames()[2]), sequence().pose(2));
+    CHECK(pose_error(refined.T_camera_object, tracker.rendered_view().T_camera_object).millimetres < 1);
+    const auto decided = [&] {
+      const PixelMask mask = tracker.pixel_mask();
+      return mask.classes.size() - static_cast<std::size_t>(std::count(mask.classes.begin(), mask.classes.end(), 0));
+    };
+    CHECK(decided() > 1000);
+    if (name == "outline") continue;
+    // Beside the picture there is nothing to decide.
+    Pose T_beside = sequence().pose(0);
+    T_beside.translation().x() += 5;
+    CHECK(tracker.refine(view_of(frames()[1]), T_beside).reason == "out of view");
+    CHECK(decided() == 0);
+    CHECK(tracker.track(view_of(frames()[1])).status == Status::held);
+    CHECK(decided() > 1000);
+  }
+}
+
+TEST_CASE("a long object is followed though its bounding cube reaches behind the camera") {
+  simulation::BoxOptions board;
+  board.size = Eigen::Vector3d(0.9, 0.2, 0.05);
+  const Mesh mesh = simulation::textured_box(board);
+  SequenceOptions options = paper_camera(8, 2, 43);
+  for (int i = 0; i < options.frames; ++i) {
+    Pose pose = Pose::Identity();
+    pose.linear() =
+        (Eigen::AngleAxisd(0.004 * i, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()))
+            .toRotationMatrix() *
+        Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose.translation() = Eigen::Vector3d(0.001 * i, 0, 0.26);
+    options.motion.T_camera_object.push_back(pose);
+  }
+  const Sequence near(mesh, options);
+  REQUIRE(mesh.radius() / std::sqrt(3.0) > 0.26);
+  Tracker tracker(mesh, near.camera());
+  tracker.reset(near.pose(0));
+  for (int i = 0; i < near.size(); ++i) {
+    CAPTURE(i);
+    const cv::Mat frame = near.frame(i);
+    const FrameResult result = tracker.track(view_of(frame));
+    CHECK(result.status == Status::held);
+    CHECK(result.iterations < 40);
+    CHECK(pose_error(near.pose(i), result.T_camera_object).millimetres < 0.3);
   }
 }
 
