@@ -8,8 +8,10 @@ INLINE void flow_of(lane_float x, float y, lane_float z, hf_exposure e, lane_flo
   const lane_float dx = e.v[0] + (e.w[1] - e.w[2] * py) * z;
   const lane_float dy = e.v[1] + (e.w[2] * px - e.w[0]) * z;
   const lane_float dz = e.v[2] + (e.w[0] * py - e.w[1] * px) * z;
-  *flow_x = e.fx * (dx - px * dz) / z;
-  *flow_y = e.fy * (dy - py * dz) / z;
+  const lane_float along_x = e.fx * (dx - px * dz) / z;
+  const lane_float along_y = e.fy * (dy - py * dz) / z;
+  *flow_x = e.across ? -along_y : along_x;
+  *flow_y = e.across ? along_x : along_y;
 }
 
 /* Between the four pixels around p[0], at (u, v) from it. */

@@ -137,6 +137,7 @@ typedef struct {
   HF_FLOAT v[3], w[3];
   HF_FLOAT fx, fy, cx, cy; /* camera of this level */
   HF_INT taps;             /* moments that are averaged */
+  HF_INT across;           /* 1: as far at right angles to the motion, for comparison */
   HF_INT light;            /* 1: averaged as light, nearly the square of what is encoded; 0: as encoded */
 } hf_exposure;
 

@@ -14,9 +14,12 @@ constexpr int kBlock = 3;
 constexpr double kAlike = 3;
 /// How far a block may decide alone, so that one that holds all there is says something finite.
 constexpr double kAlone = 0.1;
-/// By how much the averaging of light may differ, standard deviation; calibrated on simulated objects (`make
-/// robustness`, covariance-made-for).
-constexpr double kLightDeviation = 0.1;
+/// By how much the averaging of light may differ, standard deviation, square pixels; calibrated on simulated objects
+/// (`make robustness`, covariance-made-for). And by what share of the lens's blur: what is not drawn of it.
+constexpr double kLightDeviation = 0.1, kLensDeviation = 0.3;
+
+/// Pixels that a whole view is drawn off, standard deviation; calibrated likewise, on frames without noise too.
+constexpr double kDrawnDeviation = 1.0 / 512;
 
 template <typename Matrix>
 double largest_deviation_of(const Matrix& covariance) {
@@ -52,7 +55,7 @@ void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& til
 }
 
 Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
-                         const Matrix6& A) {
+                         const Matrix6& A, double lens_variance) {
   const int rows = static_cast<int>(tiles.size()) / columns;
   const Matrix6 all = (1 + kAlone) * A;
   Matrix6 blocks = Matrix6::Zero();
@@ -88,8 +91,8 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
   blocks /= kBlock * kBlock;
   // What few blocks say of a single direction is much by chance; how they spread in all of them together is less so.
   const double count = informative_tiles / (kBlock * kBlock), alike = A.llt().solve(blocks).trace() / 6;
-  return (count * blocks + kAlike * alike * A) / (count + kAlike) +
-         kLightDeviation * kLightDeviation * to_dark * to_dark.transpose();
+  const double light = std::hypot(kLightDeviation, kLensDeviation * lens_variance);
+  return (count * blocks + kAlike * alike * A) / (count + kAlike) + light * light * to_dark * to_dark.transpose();
 }
 
 double robust_curvature(double mean_weight, double freedom) {
@@ -105,6 +108,15 @@ Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, co
   const Matrix6 half = factors.solve(scores);
   const Matrix6 covariance = factors.solve(half.transpose());
   return 0.5 * (covariance + covariance.transpose());
+}
+
+Matrix6 drawing_covariance(const Conditioning& conditioning, double focal_length) {
+  const Eigen::Vector3d& p = conditioning.p_camera_center;
+  const double deviation = kDrawnDeviation * p.norm() / (focal_length * conditioning.radius);
+  const Eigen::Vector3d ray = p.normalized();
+  Matrix6 covariance = Matrix6::Zero();
+  covariance.topLeftCorner<3, 3>() = deviation * deviation * (Eigen::Matrix3d::Identity() - ray * ray.transpose());
+  return covariance;
 }
 
 double posterior_deviation(const Matrix6& A, double prior_weight, double prior_deviation) {

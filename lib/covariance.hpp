@@ -24,8 +24,9 @@ void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& til
 /// Covariance of the sum of the tiles' scores h - A y (equation 12 of docs/math.md), `y` the step solved for. Rows are
 /// not independent: neighbours share the blur, and errors of model, texture and sampling are alike over many pixels. So
 /// it comes from blocks of tiles, each by how far the others alone would miss it. `A` is all tiles' and the prior's.
+/// `lens_variance`: that the view was drawn with, square pixels; the more, the less sure is how light was averaged.
 Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
-                         const Matrix6& A);
+                         const Matrix6& A, double lens_variance = 0);
 
 /// By how much less the scores change with the pose than A says: rows that fit worse also weigh less. 1 where weights
 /// do not depend on residuals, (freedom + 1) / (freedom + 3) with Student's weights on a scale that fits.
@@ -46,6 +47,10 @@ struct Prior {
 
 /// Conditioned covariance of the pose, S the scores' covariance; the prior is independent of the rows.
 Matrix6 pose_covariance(const Matrix6& A, double curvature, const Matrix6& S, const Prior& prior);
+
+/// Conditioned covariance that drawing adds to a pose: fixed point and 8 bits put a whole view a little beside where it
+/// belongs, which no part of it shows. `focal_length` in pixels of the level that was drawn.
+Matrix6 drawing_covariance(const Conditioning& conditioning, double focal_length);
 
 /// Largest standard deviation, in any conditioned direction, that rows and prior leave together when `prior_weight` is
 /// the prior's information in units of A's.

@@ -44,6 +44,8 @@ struct Estimate {
   double turn_deviation(bool that_shows = false) const;
   /// Of the gradient pixels, the share that decided the pose.
   double used_share() const { return sums.used / std::max(1.0, sums.gradient); }
+  /// The score by its sums. Pixels that left the sampled region speak against it too.
+  double merit() const { return used_share() * sums.usable / std::max(1.0, sums.visible) * std::max(0.0, correlation); }
 };
 
 /// Whether an estimate is the object, and why not, in words.

@@ -191,8 +191,7 @@ void Tracker::Impl::decide_all_pixels() {
   enqueue_level(finest_drawn_, D_last_, 1);
 }
 
-ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
-  const auto l = static_cast<std::size_t>(level);
+ConstraintSums Tracker::Impl::sums_at(int level, const Pose& D) {
   D_last_ = D;
   last_constraints_ = enqueue_level(level, D, thinning(level));
   ConstraintSums sums = constraints_.read();
@@ -210,10 +209,16 @@ ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
   }
   sums.A_rows = sums.A;
   if (last_constraints_.elimination) photometry_.eliminate(constraints_, last_constraints_, sums);
+  sums.scale = look_.scale[static_cast<std::size_t>(level)];
+  return sums;
+}
+
+ConstraintSums Tracker::Impl::evaluate(int level, const Pose& D) {
+  const ConstraintSums sums = sums_at(level, D);
   photometry_.update(level, constraints_);
-  sums.scale = look_.scale[l];
   if (options_.robust_weights && sums.rows > 0) {
-    look_.scale[l] = std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
+    look_.scale[static_cast<std::size_t>(level)] =
+        std::clamp(std::sqrt(sums.weighted_square / sums.rows), kLeastScale, kMostScale);
   }
   return sums;
 }

@@ -130,8 +130,13 @@ struct Tracker::Impl {
   void keep_best(std::vector<Place>& places, std::size_t count, int level) const;
   /// Pixels of the frame that the object's bounding sphere was wide when it was last seen.
   double diameter_pixels() const;
-  /// How well the view drawn at a pose with this exposure fits, motion left alone.
-  Estimate fit(const Pose& T_camera_object, double exposure, bool light);
+  /// How well a view fits where it is drawn, motion left alone.
+  struct Fit {
+    double score = -1;
+    double residual = 0;  ///< root of the mean weighted square
+  };
+  /// That of the view drawn at a pose as a shutter sees it; instead, blurred as much `across` the motion.
+  Fit fit(const Pose& T_camera_object, double exposure, bool light, bool across = false);
   /// Measures how long the shutter is open where motion lets it be seen.
   void measure_exposure(const Estimate& estimate);
   /// Measures, now and then, how the camera shows the texture, in a frame that was held with this pose. Changes nothing
@@ -157,6 +162,8 @@ struct Tracker::Impl {
   /// The pose turned so that a point at the object's radius moves by `angle` times the radius about a camera axis.
   Pose turned(const Pose& T_camera_object, const Eigen::Vector3d& axis, double angle) const;
   /// One pass of tests, constraints and sums at D, without moving.
+  ConstraintSums sums_at(int level, const Pose& D);
+  /// The same; light and scale of residuals are learnt from it.
   ConstraintSums evaluate(int level, const Pose& D);
   /// Enqueues tests and constraints of every `thinning`th row.
   kernel::hf_constraints enqueue_level(int level, const Pose& D, int thinning);
@@ -190,7 +197,8 @@ struct Tracker::Impl {
   Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline, const Seen& motion) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
   void measure_spread(Estimate& estimate, const OutlineEstimate* outline = nullptr);
-  bool draw(const Pose& T_camera_object, int finest, int count);
+  /// With `across`, blurred as much at right angles to the motion.
+  bool draw(const Pose& T_camera_object, int finest, int count, bool across = false);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   /// Whether motion goes on as it changes, and its expectation counts: not in the paper's tracker as published.

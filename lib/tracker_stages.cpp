@@ -1,7 +1,5 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 
 #include "stopwatch.hpp"
 #include "tracker_impl.hpp"
@@ -22,14 +20,6 @@ constexpr double kDamping = 1e-6;
 constexpr double kBend = 6e-4;
 /// Pixels of a cell that tell how bright it is.
 constexpr double kLeastPatch = 8;
-/// Steps that the exposure is searched with.
-constexpr double kExposureStep = 0.2;
-/// Measurements that the exposure is a mean of, about.
-constexpr int kExposureMemory = 6;
-/// Fast frames between measurements once it is known, and how often that is doubled.
-constexpr int kExposurePause = 8, kMostDoublings = 3;
-/// What another exposure must score beside the present one to be believed.
-constexpr double kBetterExposure = 1.03;
 
 /// Share of the blur's reach that must be known surface when `margin` pixels, `wider` times as many, are dropped at a
 /// straight silhouette.
@@ -38,19 +28,13 @@ double coverage_at_margin(double margin, double wider, double sigma) {
   return 0.5 * std::erfc(-(margin + 0.5) * wider / (sigma * std::sqrt(2.0))) - 1e-3;
 }
 
-/// Pixels that left the sampled region speak against an estimate too.
-double score_of(const Estimate& estimate) {
-  return estimate.used_share() * estimate.sums.usable / std::max(1.0, estimate.sums.visible) *
-         std::max(0.0, estimate.correlation);
-}
-
 }  // namespace
 
 double Tracker::Impl::corner_motion(const Pose& T_a, const Pose& T_b) const {
   return holdfast::corner_motion({p_object_center_, radius_}, levels_[0].camera, T_a, T_b);
 }
 
-bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
+bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, bool across) {
   const Stopwatch watch(times_.filter);
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
@@ -69,6 +53,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count) {
   if (options_.motion_blur && moved_ && look_.exposure > 0) {
     exposure.twist = look_.exposure * log_se3(T_camera_object * motion_.pose().inverse());
     exposure.light = look_.exposed_light;
+    exposure.across = across;
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
   view_.renderer().set_shading(look_.shading.direction());
@@ -113,7 +98,7 @@ Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_
   estimate.T_camera_object = renormalized(D * view_.T_camera_object());
   estimate.correlation = Photometry::correlation(constraints_);
   if (level == finest_ && estimate.solved) estimate.deviation = left_open(estimate.sums);
-  estimate.score = score_of(estimate);
+  estimate.score = estimate.merit();
   return estimate;
 }
 
@@ -140,12 +125,14 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
   const double square = observation_square(sums);
   const Matrix6 expectation = square * expectation_information();
   Prior prior{expectation, square * expectation};
-  const Matrix6 moved = options_.motion_blur && moved_ ? restlessness_.within(look_.exposure) : Matrix6::Zero();
+  Matrix6 elsewhere = drawing_covariance(conditioning(), level_camera.fx);
+  if (options_.motion_blur && moved_) elsewhere += restlessness_.within(look_.exposure);
   const double curvature =
       options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
   const auto covariance = [&] {
-    const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step, A + prior.weight);
-    return Matrix6(pose_covariance(A, curvature, S, prior) + moved);
+    const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step, A + prior.weight,
+                                       look_.optics.lens_variance);
+    return Matrix6(pose_covariance(A, curvature, S, prior) + elsewhere);
   };
   estimate.covariance = estimate.texture_covariance = covariance();
   if (!outline) return;
@@ -250,25 +237,6 @@ Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& a
   return renormalized(result);
 }
 
-Estimate Tracker::Impl::fit(const Pose& T_camera_object, double exposure, bool light) {
-  Estimate estimate;
-  estimate.T_camera_object = T_camera_object;
-  const int level = finest_;
-  const double exposure_before = std::exchange(look_.exposure, exposure);
-  const bool light_before = std::exchange(look_.exposed_light, light);
-  const bool drawn = draw(T_camera_object, level, 1);
-  look_.exposure = exposure_before;
-  look_.exposed_light = light_before;
-  if (!drawn) return estimate;
-  photometry_.fill_missing(level, view_.planes(level).tiles);
-  estimate.sums = evaluate(level, Pose::Identity());
-  estimate.looked_at_every = looked_at_every_;
-  estimate.solved = solve(estimate.sums, conditioning(), kDamping).solved;
-  estimate.correlation = Photometry::correlation(constraints_);
-  estimate.score = score_of(estimate);
-  return estimate;
-}
-
 void Tracker::Impl::learn_shading() {
   if (!shaded_ || finest_drawn_ != finest_) return;
   patches_.clear();
@@ -292,46 +260,6 @@ void Tracker::Impl::learn_shading() {
     weight += patch.weight;
   }
   if (weight > 0) photometry_.view_brightened(brighter / weight);
-}
-
-void Tracker::Impl::measure_exposure(const Estimate& estimate) {
-  if (corner_motion(motion_.pose(), estimate.T_camera_object) < kTellingMotion) return;
-  // The longer it stays as it is, the more seldom it is looked at again.
-  const int pause = kExposurePause << std::clamp((look_.exposure_settled - Look::kSettled) / 2, 0, kMostDoublings);
-  if (look_.exposure_known() && ++look_.fast_frames < pause) return;
-  look_.fast_frames = 0;
-  const double present = look_.exposure;
-  // Where nothing blurs, less of it is the same, and so is whatever adds up.
-  const bool blurred = present > 0;
-  const std::array<double, 2> around{std::max(0.0, present - kExposureStep), std::min(1.0, present + kExposureStep)};
-  const auto fitted = [&](double exposure, bool light) { return fit(estimate.T_camera_object, exposure, light); };
-  std::array<double, 2> share{};
-  for (std::size_t i = blurred ? 0 : 1; i < 2; ++i) share[i] = fitted(around[i], look_.exposed_light).score;
-  std::optional<Estimate> otherwise;
-  if (blurred) otherwise = fitted(present, !look_.exposed_light);
-  const Estimate here = fitted(present, look_.exposed_light);
-  if (!blurred) share[0] = here.score;
-  // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
-  const auto residual = [](const Estimate& e) {
-    return std::sqrt(e.sums.weighted_square / std::max(1.0, e.sums.weight));
-  };
-  const std::size_t better = share[1] > share[0] ? 1 : 0;
-  // Between the three a parabola; it may have no top where one is far off.
-  const double bend = 2 * here.score - share[0] - share[1];
-  const bool inside = present > 0 && share[better] <= kBetterExposure * here.score && bend > 0.02 * here.score;
-  const double top = inside ? 0.5 * kExposureStep * (share[1] - share[0]) / bend : 0;
-  if (share[better] > kBetterExposure * here.score) {
-    look_.exposure = around[better];
-    look_.exposure_settled = 0;
-  } else if (otherwise && residual(here) > kBetterExposure * residual(*otherwise)) {
-    look_.exposed_light = !look_.exposed_light;
-    look_.exposure_settled = 0;
-  } else {
-    // A single frame says it roughly: the mean of some.
-    const double step = std::clamp(top, -0.5 * kExposureStep, 0.5 * kExposureStep);
-    look_.exposure = std::clamp(present + step / (2 + std::min(look_.exposure_settled, kExposureMemory)), 0.0, 1.0);
-    ++look_.exposure_settled;
-  }
 }
 
 }  // namespace holdfast

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "holdfast/pose.hpp"
 #include "shading.hpp"
@@ -32,6 +33,28 @@ struct Optics {
   int since_lens = 0;         ///< frames that it could have been measured in, since it was
 };
 
+/// Whether what blurs the frames is motion, which blurs along itself alone: a lens blurs, and noise is averaged, in any
+/// direction. By how much better views fit that are blurred along the motion, and as much across it, than sharp ones.
+class Directions {
+ public:
+  /// Scores of the three. In fast frames they differ most, so that these count most.
+  void add(double sharp, double along, double across) {
+    constexpr double kMemory = 0.8;
+    along_ = kMemory * along_ + gain(along, sharp);
+    across_ = kMemory * across_ + gain(across, sharp);
+  }
+  /// What is gained along the motion is clearly more than what is gained across it.
+  bool one() const { return across_ < 0.75 * along_; }
+
+ private:
+  static double gain(double score, double sharp) {
+    constexpr double kLeast = 1e-3;
+    return std::log(std::max(score, kLeast) / std::max(sharp, kLeast));
+  }
+
+  double along_ = 0, across_ = 0;  ///< logarithms, added up
+};
+
 /// How the object has looked lately. Every frame's estimate changes it; a frame that is not held must leave it as it
 /// was.
 struct Look {
@@ -54,6 +77,7 @@ struct Look {
   bool exposed_light = false;   ///< what adds up meanwhile is light, not encoded values
   int exposure_settled = 0;     ///< how often measuring it has changed nothing
   int fast_frames = 0;          ///< since it was measured
+  Directions blurred;           ///< whether what blurs the frames is motion
   Shading shading;
   Optics optics;
 

@@ -245,6 +245,7 @@ void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, cons
   e.cx = static_cast<float>(camera.cx);
   e.cy = static_cast<float>(camera.cy);
   e.light = exposure.light ? 1 : 0;
+  e.across = exposure.across ? 1 : 0;
   e.taps = std::min(HF_MOST_TAPS, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
   motion_blur_.setArg(0, before_motion_);
   motion_blur_.setArg(1, planes_[level].depth);

@@ -15,8 +15,9 @@ namespace holdfast {
 /// What the object moved by while the shutter was open: T <- exp(twist) T in all, half of it before the pose drawn.
 struct Exposure {
   Twist twist = Twist::Zero();
-  double pixels = 0;   ///< longest way of a point in the image, pixels of level 0
-  bool light = false;  ///< light adds up, as in a camera; otherwise encoded values do, as in many a simulated frame
+  double pixels = 0;    ///< longest way of a point in the image, pixels of level 0
+  bool light = false;   ///< light adds up, as in a camera; otherwise encoded values do, as in many a simulated frame
+  bool across = false;  ///< blurred as much at right angles to the motion: what no motion does
 };
 
 /// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Cholesky>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -151,6 +152,25 @@ TEST_CASE("covariance: an error that all edges share in their own senses is allo
   }
   const Matrix6 more = score_covariance(equations, kColumns, Twist::Zero(), trial.A) - before;
   CHECK((more - 0.01 * sum * sum.transpose()).norm() < 1e-9 * before.norm());
+  // More behind a lens that blurs: three tenths of that, and both are independent.
+  const Matrix6 soft = score_covariance(equations, kColumns, Twist::Zero(), trial.A, 0.8) - before;
+  CHECK((soft - (0.01 + 0.24 * 0.24) * sum * sum.transpose()).norm() < 1e-9 * before.norm());
+}
+
+TEST_CASE("covariance: a view drawn a little to the side moves the pose sideways, whatever its distance") {
+  Conditioning conditioning;
+  conditioning.radius = 0.2;
+  conditioning.p_camera_center = {0.3, -0.1, 0.9};
+  const Matrix6 C = drawing_covariance(conditioning, 640);
+  const Eigen::Vector3d ray = conditioning.p_camera_center.normalized();
+  CHECK(C.bottomRows<3>().norm() == 0);
+  CHECK((C.topLeftCorner<3, 3>() * ray).norm() < 1e-12);
+  // Of the object's centre, projected at right angles to its ray: a 512th of a pixel, both ways.
+  const Eigen::Vector3d side = ray.cross(Eigen::Vector3d::UnitY()).normalized();
+  const double metres = conditioning.radius * std::sqrt(side.dot(C.topLeftCorner<3, 3>() * side));
+  CHECK(640 * metres / conditioning.p_camera_center.norm() == doctest::Approx(1.0 / 512));
+  conditioning.p_camera_center *= 3;
+  CHECK((drawing_covariance(conditioning, 640) - 9 * C).norm() < 1e-12 * C.norm() + 1e-18);
 }
 
 // One unknown number from many rows with Student's noise, as the tracker solves for a pose.

@@ -16,8 +16,9 @@ using reference::Planes;
 
 /// Mean over moments of where a pixel's surface is then, in double precision: the point itself is moved and projected.
 /// What is seen beyond `rect` is its border. With `light`, colours (premultiplied by coverage) are averaged as squares.
+/// `across`: as if it moved as far at right angles.
 Planes exposed(const Planes& pixels, const Planes& depth, const Camera& camera, const Rect& rect, const Twist& twist,
-               int taps, bool light) {
+               int taps, bool light, bool across) {
   Planes out(pixels.width, pixels.height, 4);
   for (int y = 0; y < pixels.height; ++y) {
     for (int x = 0; x < pixels.width; ++x) {
@@ -25,7 +26,8 @@ Planes exposed(const Planes& pixels, const Planes& depth, const Camera& camera, 
       if (z <= 0) continue;
       const Eigen::Vector3d p(z * (x - camera.cx) / camera.fx, z * (y - camera.cy) / camera.fy, z);
       const Eigen::Vector3d moved = p + 1e-6 * (twist.head<3>() + twist.tail<3>().cross(p));
-      const Eigen::Vector2d flow = 1e6 * (camera.project(moved) - camera.project(p));
+      Eigen::Vector2d flow = 1e6 * (camera.project(moved) - camera.project(p));
+      if (across) flow = Eigen::Vector2d(-flow.y(), flow.x());
       for (int k = 0; k < taps; ++k) {
         const double t = (k + 0.5) / taps - 0.5;
         const double u = std::clamp(x - t * flow.x(), 0.0, rect.width - 1.0);
@@ -50,7 +52,7 @@ Planes exposed(const Planes& pixels, const Planes& depth, const Camera& camera, 
   return out;
 }
 
-void check_exposure(const Device::Impl& device, Size size, bool light) {
+void check_exposure(const Device::Impl& device, Size size, bool light, bool across) {
   const Level level = level_of(size);
   const Camera& camera = level.camera;
   std::mt19937 random(5);
@@ -77,21 +79,24 @@ void check_exposure(const Device::Impl& device, Size size, bool light) {
   exposure.cy = static_cast<float>(camera.cy);
   exposure.taps = 9;
   exposure.light = light ? 1 : 0;
+  exposure.across = across ? 1 : 0;
   const cl::Buffer in = upload(device, to_memory(pixels, level)), z = upload(device, to_plane_memory(depth, level)),
                    out = zeroed(device, level, 4);
   cl::Kernel kernel = device.kernel("motion_blur");
   set_arguments(kernel, in, z, level.layout, to_kernel(whole(level)), exposure, out);
   device.enqueue_rows(kernel, level.padded_width, level.padded_height);
   const auto got = download<float>(device, out, level.elements * 4);
-  const Planes expected = exposed(pixels, depth, camera, whole(level), twist, exposure.taps, light);
+  const Planes expected = exposed(pixels, depth, camera, whole(level), twist, exposure.taps, light, across);
   CHECK(largest_difference(got, level, expected) < 2e-4);
   if (size.width > 1) CHECK(largest_difference(got, level, pixels) > 0.3);
 }
 
-void check_encoded(const Device::Impl& device, Size size) { check_exposure(device, size, false); }
-void check_light(const Device::Impl& device, Size size) { check_exposure(device, size, true); }
+void check_encoded(const Device::Impl& device, Size size) { check_exposure(device, size, false, false); }
+void check_light(const Device::Impl& device, Size size) { check_exposure(device, size, true, false); }
+void check_across(const Device::Impl& device, Size size) { check_exposure(device, size, false, true); }
 
 }  // namespace
 
 SMALL_AND_LARGE("motion blur is the mean of the view over the exposure", check_encoded)
 SMALL_AND_LARGE("motion blur is the mean of the light over the exposure", check_light)
+SMALL_AND_LARGE("blur across the motion is as much at right angles to it", check_across)
