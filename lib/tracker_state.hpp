@@ -44,7 +44,7 @@ class Directions {
     across_ = kMemory * across_ + gain(across, sharp);
   }
   /// What is gained along the motion is clearly more than what is gained across it.
-  bool one() const { return across_ < 0.75 * along_; }
+  bool one() const { return across_ < 0.65 * along_; }
 
  private:
   static double gain(double score, double sharp) {
