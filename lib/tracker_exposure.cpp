@@ -85,8 +85,8 @@ void Tracker::Impl::measure_exposure(const Estimate& estimate) {
   if (beside[better].score > kBetterExposure * here.score) {
     look_.exposure = around[better];
     look_.exposure_settled = 0;
-    // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
   } else if (otherwise && here.residual > kBetterExposure * otherwise->residual) {
+    // Shares and correlations are the same to a hundredth, whatever adds up; what is left over tells.
     look_.exposed_light = !look_.exposed_light;
     look_.exposure_settled = 0;
   } else {
