@@ -217,19 +217,6 @@ void Photometry::blur_moments(int columns, int rows) {
   pass(blurred_, moments_, 0, 1);
 }
 
-Photometry::CellLight Photometry::cell_light(const FlowConstraints& constraints, int column, int row) {
-  const auto tile =
-      static_cast<std::size_t>((row / kCellsPerTile) * constraints.tiles().width + column / kCellsPerTile);
-  const float* sums = cell_sums(constraints, tile, (row % kCellsPerTile) * kCellsPerTile + column % kCellsPerTile);
-  CellLight light;
-  light.pixels = static_cast<double>(sums[HF_CELL_PIXELS]);
-  for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    light.view += static_cast<double>(sums[c * HF_PHOTO + 1]);
-    light.frame += static_cast<double>(sums[c * HF_PHOTO + 2]);
-  }
-  return light;
-}
-
 void Photometry::update(int level, const FlowConstraints& constraints) {
   if (!enabled_) return;
   const auto l = static_cast<std::size_t>(level);

@@ -70,12 +70,6 @@ class Photometry {
   const cl::Buffer& buffer(int level) const { return cells_[static_cast<std::size_t>(level)].buffer; }
   double gain(int channel) const { return gain_[static_cast<std::size_t>(channel)]; }
 
-  /// Sums of view and frame over the used pixels of a cell, of the last sums.
-  struct CellLight {
-    double pixels = 0, view = 0, frame = 0;
-  };
-  static CellLight cell_light(const FlowConstraints& constraints, int column, int row);
-
   /// Correlation of view and frame over the used pixels of the last sums, each cell about its own means.
   static double correlation(const FlowConstraints& constraints);
 

@@ -8,16 +8,19 @@
 namespace holdfast {
 namespace {
 
-/// Weight of a new frame.
-constexpr double kMemory = 0.3;
-/// What the last direction weighs: a share of the patches, and, once there is one, as many pixels.
-constexpr double kPriorShare = 1e-3, kPriorPixels = 500;
+/// What the last direction weighs, a share of a frame's pixels, and what light from everywhere weighs before the first.
+constexpr double kPriorShare = 0.02, kFirstPriorShare = 0.002;
+/// Of what earlier frames told, what counts on in the next: the less, the more pixels tell of this one.
+constexpr double kLeastMemory = 0.7, kMostMemory = 0.95, kForgettingPixels = 4000;
 /// Of the light, so that none that faces away becomes black.
 constexpr double kMostDirection = 0.8;
-/// Patches that differ by more than about this share (highlights, shadows, what is in front) count for little.
-constexpr double kUsualDeviation = 0.05;
+/// Pixels that differ by more than about this share (highlights, shadows, what is in front, texture that is not where
+/// it is drawn) count for little.
+constexpr double kUsualDeviation = 0.15;
 constexpr int kRounds = 5;
 constexpr std::size_t kLeastPatches = 10;
+/// Of light from everywhere, what surface that faces away from the other still has.
+constexpr double kLeastFacing = 1 - kMostDirection;
 /// Of triangles of one face; the faces that may make up an object, and the share of its surface that they must hold.
 constexpr double kSameNormal = 0.998;  // the cosine of 3.6 degrees
 constexpr std::size_t kMostNormals = 64, kMostFaces = 16;
@@ -55,36 +58,51 @@ bool has_flat_faces(const Mesh& mesh) {
   return flat >= kFlatShare * total;
 }
 
-void Shading::learn(const std::vector<LitPatch>& patches) {
+void Shading::learn(std::span<const LitPatch> patches) {
   if (patches.size() < kLeastPatches) return;
-  // a (1 + b . n) = a + c . n, linear in a and c; c is drawn to what it was at the mean brightness.
   double total = 0, mean = 0;
+  Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   for (const LitPatch& patch : patches) {
     total += patch.weight;
     mean += patch.weight * patch.brightness;
+    facing += patch.weight * patch.normal;
   }
   if (total <= 0 || mean <= 0) return;
   mean /= total;
-  Eigen::Vector4d x(mean, mean * b_.x(), mean * b_.y(), mean * b_.z());
-  const Eigen::Vector4d before(0, mean * b_.x(), mean * b_.y(), mean * b_.z());
+  facing /= total;
+  const auto pixels = static_cast<double>(patches.size());
+  const Eigen::Matrix3d prior = (A_.isZero() ? kFirstPriorShare : kPriorShare) * pixels * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b = b_;
+  Eigen::Matrix3d A;
+  Eigen::Vector3d h;
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::Matrix4d A = Eigen::Vector4d(0, 1, 1, 1).asDiagonal();
-    A *= kPriorShare * total + (known_ ? kPriorPixels : 0);
-    Eigen::Vector4d h = A * before;
+    // Of the mean brightness a (1 + b . n) is light, a of it from everywhere. How bright all of it is changes with the
+    // exposure: each frame has its own a, which is eliminated.
+    const double a = 1 / std::max(kLeastFacing, 1 + b.dot(facing));
+    double weights = 0, brightness = 0;
+    Eigen::Vector3d normals = Eigen::Vector3d::Zero();
+    A.setZero();
+    h.setZero();
     for (const LitPatch& patch : patches) {
-      const Eigen::Vector4d row(1, patch.normal.x(), patch.normal.y(), patch.normal.z());
-      const double deviation = (patch.brightness - row.dot(x)) / (kUsualDeviation * mean);
-      const double weight = patch.weight / (1 + (round > 0 ? deviation * deviation : 0));
-      A += weight * row * row.transpose();
-      h += weight * patch.brightness * row;
+      const double relative = patch.brightness / mean;
+      const double deviation = (relative - a * (1 + b.dot(patch.normal))) / kUsualDeviation;
+      const double weight = patch.weight * (pixels / total) / (1 + (round > 0 ? deviation * deviation : 0));
+      weights += weight;
+      brightness += weight * relative;
+      normals += weight * patch.normal;
+      A += weight * patch.normal * patch.normal.transpose();
+      h += weight * relative * patch.normal;
     }
-    x = A.ldlt().solve(h);
+    A = (a * a * (A - normals * normals.transpose() / weights)).eval();
+    h = (a * (h - normals * brightness / weights)).eval();
+    b = (A_ + A + prior).ldlt().solve(h_ + h + prior * b_);
+    if (!b.allFinite()) return;
+    if (b.norm() > kMostDirection) b *= kMostDirection / b.norm();
   }
-  if (!x.allFinite() || x(0) <= 0.1 * mean) return;
-  Eigen::Vector3d found = x.tail<3>() / x(0);
-  if (found.norm() > kMostDirection) found *= kMostDirection / found.norm();
-  b_ += (known_ ? kMemory : 1) * (found - b_);
-  known_ = true;
+  const double memory = std::clamp(1 - pixels / kForgettingPixels, kLeastMemory, kMostMemory);
+  A_ = memory * (A_ + A);
+  h_ = memory * (h_ + h);
+  b_ = b;
 }
 
 }  // namespace holdfast

@@ -92,8 +92,7 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma, options.fine_blur_sigma),
       view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
-            {options.texture_samples, options.mesh_deviation, options.shading && has_flat_faces(mesh), options.outline,
-             options.light_texels}),
+            {options.texture_samples, options.mesh_deviation, options.shading, options.outline, options.light_texels}),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),
@@ -101,14 +100,14 @@ Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions
       photometry_(device.impl(), levels_, options.photometric),
       outline_(device.impl(), levels_, {p_object_center_, radius_}, view_, image_),
       motion_({p_object_center_, radius_}, expects_motion()),
+      lit_patches_(device.impl(), levels_),
       keyframes_(p_object_center_) {
   finest_ = options.finest_level;
   has_appearance_ = mesh.has_appearance();
   by_outline_ = !has_appearance_;
-  shaded_ = options_.shading && has_flat_faces(mesh);
+  faceted_ = options_.shading && has_flat_faces(mesh);
   textured_ = std::any_of(mesh.materials.begin(), mesh.materials.end(),
                           [](const Material& material) { return !material.texture.empty(); });
-  patches_.reserve(static_cast<std::size_t>(levels_[0].cells_x()) * static_cast<std::size_t>(levels_[0].cells_y()));
   equations_.reserve(static_cast<std::size_t>(levels_[0].tiles_x()) * static_cast<std::size_t>(levels_[0].tiles_y()));
   places_.reserve(kAppearancesAFrame + kMostPlaces);
   last_places_.reserve(kMostPlaces);
@@ -334,6 +333,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   best.T_camera_object = hypotheses.poses[0];
   {
     const Stopwatch total(times_.total);
+    if (course_.fresh() && !motion_.lost()) light_first_view(frame, hypotheses.poses[0]);
     const bool direct = search && !course_.faint && follow_directly(frame, hypotheses.poses[0], best);
     const Scope scope = direct ? Scope{} : this->scope(hypotheses, search);
     OutlineEstimate outline;

@@ -12,6 +12,7 @@
 #include "holdfast/tracker.hpp"
 #include "judgement.hpp"
 #include "keyframes.hpp"
+#include "lit_patches.hpp"
 #include "motion_filter.hpp"
 #include "motion_model.hpp"
 #include "noise_information.hpp"
@@ -213,7 +214,10 @@ struct Tracker::Impl {
   /// Iterated on new views until the pose stays where it is: a start from far away comes near in few steps only.
   Estimate settled(const Estimate& estimate);
   void remember_score(const Estimate& good);
-  /// Takes from the last sums how light depends on where surface faces.
+  /// Where the object is small, learns before its first frame is followed how light falls on it, from the first pose.
+  template <typename Frame>
+  void light_first_view(const Frame& frame, const Pose& T_camera_object);
+  /// Learns from the last view and its samples how light depends on where surface faces.
   void learn_shading();
   /// What the caller is told of an estimate: its verdict and its figures.
   void report(const Estimate& estimate, FrameResult& result) const;
@@ -295,11 +299,11 @@ struct Tracker::Impl {
   MotionModel motion_;
   Restlessness restlessness_;
   MotionFilter motion_filter_;
+  LitPatches lit_patches_;
   Keyframes keyframes_;
   Proportions proportions_;
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
-  std::vector<LitPatch> patches_;            ///< of the last frame held
-  bool shaded_ = false;                      ///< the view is drawn as light falls on it
+  bool faceted_ = false;                     ///< flat faces, drawn as light falls on them
   bool textured_ = false;
   bool has_appearance_ = true;       ///< of the mesh, or given since
   bool by_outline_ = false;          ///< nothing but the outline to go by

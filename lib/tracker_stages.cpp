@@ -18,8 +18,6 @@ constexpr double kLongestStep = 3;
 constexpr double kDamping = 1e-6;
 /// What 1/Z bends by at an edge of flat faces, of itself.
 constexpr double kBend = 6e-4;
-/// Pixels of a cell that tell how bright it is.
-constexpr double kLeastPatch = 8;
 
 /// Share of the blur's reach that must be known surface when `margin` pixels, `wider` times as many, are dropped at a
 /// straight silhouette.
@@ -47,7 +45,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, boo
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
   // The lens blurs the step of brightness between faces as light, which moves it.
-  if (shaded_ && relaxed > 0.5) margin.bend = kBend;
+  if (faceted_ && relaxed > 0.5) margin.bend = kBend;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
   Exposure exposure;
   if (options_.motion_blur && moved_ && look_.exposure > 0) {
@@ -56,7 +54,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, boo
     exposure.across = across;
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
-  view_.renderer().set_shading(look_.shading.direction());
+  view_.renderer().set_shading(look_.lit ? look_.shading.direction() : Eigen::Vector3d::Zero());
   if (options_.light_texels) view_.renderer().set_light_texels(look_.optics.light_texels.on);
   view_.renderer().set_lens_blur(lens);
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure,
@@ -235,31 +233,6 @@ Pose Tracker::Impl::turned(const Pose& T_camera_object, const Eigen::Vector3d& a
   result.linear() = Eigen::AngleAxisd(angle, axis) * T_camera_object.linear();
   result.translation() = T_camera_object * p_object_center_ - result.linear() * p_object_center_;
   return renormalized(result);
-}
-
-void Tracker::Impl::learn_shading() {
-  if (!shaded_ || finest_drawn_ != finest_) return;
-  patches_.clear();
-  const kernel::hf_rect& tiles = constraints_.tiles();
-  constexpr int kAcross = HF_TILE / HF_CELL;
-  double brighter = 0, weight = 0;
-  const Shading before = look_.shading;
-  for (int row = 0; row < tiles.height * kAcross; ++row) {
-    for (int column = 0; column < tiles.width * kAcross; ++column) {
-      const Photometry::CellLight light = Photometry::cell_light(constraints_, column, row);
-      if (light.pixels < kLeastPatch || light.view <= 0) continue;
-      const auto normal = view_.normal_at(tiles.x * HF_TILE + column * HF_CELL + HF_CELL / 2,
-                                          tiles.y * HF_TILE + row * HF_CELL + HF_CELL / 2);
-      if (!normal) continue;
-      patches_.push_back({*normal, before.of(*normal) * light.frame / light.view, light.pixels});
-    }
-  }
-  look_.shading.learn(patches_);
-  for (const LitPatch& patch : patches_) {
-    brighter += patch.weight * look_.shading.of(patch.normal) / before.of(patch.normal);
-    weight += patch.weight;
-  }
-  if (weight > 0) photometry_.view_brightened(brighter / weight);
 }
 
 }  // namespace holdfast

@@ -79,6 +79,7 @@ struct Look {
   int fast_frames = 0;          ///< since it was measured
   Directions blurred;           ///< whether what blurs the frames is motion
   Shading shading;
+  bool lit = true;  ///< it is drawn
   Optics optics;
 
   /// Whether the exposure is known.

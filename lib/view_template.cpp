@@ -179,27 +179,29 @@ void ViewTemplate::clear() {
   for (Planes& planes : planes_) planes.tiles = {};
 }
 
+double ViewTemplate::window_depth(int x, int y) const {
+  const auto row = static_cast<std::size_t>(y - drawn_.y), column = static_cast<std::size_t>(x - drawn_.x);
+  return static_cast<double>(host_depth_[row * static_cast<std::size_t>(drawn_.width) + column]);
+}
+
+double ViewTemplate::inverse_depth(double depth) const {
+  return (range_.far_plane - depth * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+}
+
 std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
-  constexpr int kReach = 2;
-  constexpr double kBend = 5e-4;
-  if (x - kReach < drawn_.x || y - kReach < drawn_.y || x + kReach >= drawn_.x + drawn_.width ||
-      y + kReach >= drawn_.y + drawn_.height) {
+  constexpr double kJump = 0.02;  // of 1/Z from a pixel to the next: what lies beyond is another surface
+  if (x <= drawn_.x || y <= drawn_.y || x + 1 >= drawn_.x + drawn_.width || y + 1 >= drawn_.y + drawn_.height)
     return {};
-  }
-  // 1/Z is linear in the image on a plane.
   bool surface = true;
   const auto inverse = [&](int dx, int dy) {
-    const auto row = static_cast<std::size_t>(y + dy - drawn_.y), column = static_cast<std::size_t>(x + dx - drawn_.x);
-    const double d = static_cast<double>(host_depth_[row * static_cast<std::size_t>(drawn_.width) + column]);
+    const double d = window_depth(x + dx, y + dy);
     surface = surface && d < 1;
-    return (range_.far_plane - d * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+    return inverse_depth(d);
   };
-  const double here = inverse(0, 0), left = inverse(-kReach, 0), right = inverse(kReach, 0), up = inverse(0, -kReach),
-               down = inverse(0, kReach);
-  if (!surface || std::abs(left + right - 2 * here) > kBend * here || std::abs(up + down - 2 * here) > kBend * here) {
-    return {};
-  }
-  const double slope_x = (right - left) / (2 * kReach), slope_y = (down - up) / (2 * kReach);
+  const double here = inverse(0, 0);
+  const double slope_x = 0.5 * (inverse(1, 0) - inverse(-1, 0)), slope_y = 0.5 * (inverse(0, 1) - inverse(0, -1));
+  if (!surface || std::abs(slope_x) > kJump * here || std::abs(slope_y) > kJump * here) return {};
+  // On a plane 1/Z is linear in the image.
   const Camera& camera = levels_[drawn_level_].camera;
   const Eigen::Vector3d normal(camera.fx * slope_x, camera.fy * slope_y,
                                here + slope_x * (camera.cx - x) + slope_y * (camera.cy - y));
@@ -216,12 +218,9 @@ std::optional<Eigen::Vector3d> ViewTemplate::mean_normal() const {
   int count = 0;
   for (int row = 0; row < drawn_.height; row += kStep) {
     for (int column = 0; column < drawn_.width; column += kStep) {
-      const double d =
-          static_cast<double>(host_depth_[static_cast<std::size_t>(row) * static_cast<std::size_t>(drawn_.width) +
-                                          static_cast<std::size_t>(column)]);
+      const double d = window_depth(drawn_.x + column, drawn_.y + row);
       if (d >= 1) continue;
-      const double inverse =
-          (range_.far_plane - d * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+      const double inverse = inverse_depth(d);
       const Eigen::Vector3d ray((drawn_.x + column - camera.cx) / camera.fx, (drawn_.y + row - camera.cy) / camera.fy,
                                 1);
       products += ray * ray.transpose();

@@ -54,8 +54,8 @@ class ViewTemplate {
   /// As if nothing had been drawn yet.
   void clear();
 
-  /// Unit normal, towards the camera (camera axes), of the surface around a pixel of the finest level drawn last; none
-  /// where that is not flat or not all surface.
+  /// Unit normal, towards the camera (camera axes), of the surface at a pixel of the finest level drawn last; none
+  /// beside other surface or none.
   std::optional<Eigen::Vector3d> normal_at(int x, int y) const;
 
   /// Unit normal, towards the camera (camera axes), of the plane nearest to all the surface drawn last; none where
@@ -69,6 +69,11 @@ class ViewTemplate {
   double render_ms() const { return render_ms_; }
 
  private:
+  /// OpenGL's, 0 to 1, of a pixel of the finest level drawn last, within what was drawn; 1: nothing.
+  double window_depth(int x, int y) const;
+  /// 1/Z of such a depth, 1 / metres.
+  double inverse_depth(double depth) const;
+
   void enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure);
 
   const Device::Impl& device_;

@@ -63,7 +63,7 @@ TEST_CASE("one face tells nothing, a few patches change nothing, and highlights 
   Shading shading;
   shading.learn(lit({front}, {0.3, 0, 0}, 1.3));
   CHECK(shading.direction().norm() < 1e-3);
-  shading.learn({{front, 1, 60}, {side, 2, 60}});
+  shading.learn(std::vector<LitPatch>{{front, 1, 60}, {side, 2, 60}});
   CHECK(shading.direction().norm() < 1e-3);
 
   std::vector<LitPatch> patches = lit({front, side}, {-0.3, 0, 0}, 1);
@@ -71,6 +71,25 @@ TEST_CASE("one face tells nothing, a few patches change nothing, and highlights 
   for (int frame = 0; frame < 100; ++frame) shading.learn(patches);
   const double truth = (1 - 0.3 * side.x()) / 1.0;
   CHECK(shading.of(side) / shading.of(front) == doctest::Approx(truth).epsilon(0.02));
+}
+
+TEST_CASE("what the surface in view does not tell stays as it was, and a lamp that moves is followed") {
+  const std::vector<Eigen::Vector3d> normals = {Eigen::Vector3d(0.5, -0.3, -0.8).normalized(),
+                                                Eigen::Vector3d(-0.7, -0.2, -0.6).normalized(),
+                                                Eigen::Vector3d(0.1, -0.9, -0.4).normalized()};
+  const Eigen::Vector3d b(-0.2, -0.5, -0.3);
+  Shading shading;
+  for (int frame = 0; frame < 100; ++frame) shading.learn(lit(normals, b, 1));
+  const Eigen::Vector3d before = shading.direction();
+  for (int frame = 0; frame < 50; ++frame) shading.learn(lit({normals[0]}, b, 0.7));
+  CHECK((shading.direction() - before).norm() < 0.01);
+
+  const Eigen::Vector3d moved(0.3, -0.1, -0.3);
+  for (int frame = 0; frame < 200; ++frame) shading.learn(lit(normals, moved, 1));
+  for (std::size_t i = 1; i < 3; ++i) {
+    const double truth = (1 + moved.dot(normals[i])) / (1 + moved.dot(normals[0]));
+    CHECK(shading.of(normals[i]) / shading.of(normals[0]) == doctest::Approx(truth).epsilon(0.01));
+  }
 }
 
 TEST_CASE("an octahedron has flat faces, a ball has none") {

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "occlusion.hpp"
+#include "photometry.hpp"
+#include "shading.hpp"
+#include "view_template.hpp"
+
+namespace holdfast {
+
+/// How bright the frame shows surface that faces this way or that: view and samples of the frame -> patches, a pixel
+/// each. Whether a pixel passed the tests does not matter, since light that is not drawn yet makes it fail.
+class LitPatches {
+ public:
+  LitPatches(const Device::Impl& device, const std::vector<Level>& levels);
+
+  /// Of the view and the samples last made, on the level that both were made at, which is the finest drawn; `every` as
+  /// the samples' rows. Some thousands of pixels of a large object. `drawn`: the view is lit so. Waits for the
+  /// device.
+  std::span<const LitPatch> read(const ViewTemplate& view, const OcclusionTest& samples, int level, int every,
+                                 const Photometry& photometry, const Shading& shading, bool drawn);
+
+  /// Of the view last read: what share of its gradients, squared and summed, light makes or would make.
+  double light_share() const { return light_ > 0 ? light_ / (light_ + texture_) : 0; }
+
+ private:
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  std::array<std::vector<float>, HF_CHANNELS> view_, dx_, dy_, frame_;
+  std::vector<std::uint8_t> classes_;
+  std::vector<LitPatch> patches_;
+  double texture_ = 0, light_ = 0;
+};
+
+}  // namespace holdfast

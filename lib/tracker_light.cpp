@@ -1,0 +1,56 @@
+#include <span>
+
+#include "stopwatch.hpp"
+#include "tracker_impl.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Pixels of an object on which cells are too coarse for its light: without having it drawn it does not fit.
+constexpr int kSmall = 4096;
+/// Share of the view's gradients that light may make, and what of that it must be below to be drawn again: on what is
+/// curved it stays where it is while the surface turns, and what shows little else would seem not to.
+constexpr double kMostLight = 0.1, kAgain = 0.7;
+/// Light from one side that is not worth that, beside light from everywhere.
+constexpr double kLeastDirection = 0.02;
+
+}  // namespace
+
+template <typename Frame>
+void Tracker::Impl::light_first_view(const Frame& frame, const Pose& T_camera_object) {
+  const Rect object = view_.bounds(T_camera_object);
+  if (!options_.shading || object.empty() || object.width * object.height > kSmall) return;
+  const Rect around = grown(object, (filter_.radius() + 4) << finest_);
+  {
+    const Stopwatch watch(times_.upload);
+    image_.enqueue_upload(frame, image_.region(around));
+  }
+  image_.enqueue_blur(finest_, coarser(around, finest_));
+  if (!draw(T_camera_object, finest_, 1)) return;
+  photometry_.start_level(finest_, view_.planes(finest_).tiles);
+  enqueue_level(finest_, Pose::Identity(), 1);
+  learn_shading();
+}
+
+template void Tracker::Impl::light_first_view(const ImageView& frame, const Pose& T_camera_object);
+template void Tracker::Impl::light_first_view(const DeviceImageView& frame, const Pose& T_camera_object);
+
+void Tracker::Impl::learn_shading() {
+  if (!options_.shading || finest_drawn_ != finest_) return;
+  const Shading before = look_.shading;
+  const bool was_drawn = look_.lit;
+  const std::span<const LitPatch> patches =
+      lit_patches_.read(view_, occlusion_, finest_, looked_at_every_, photometry_, before, was_drawn);
+  look_.shading.learn(patches);
+  look_.lit = faceted_ || (look_.shading.direction().norm() > kLeastDirection &&
+                           lit_patches_.light_share() < kMostLight * (was_drawn ? 1 : kAgain));
+  double brighter = 0, weight = 0;
+  for (const LitPatch& patch : patches) {
+    brighter +=
+        patch.weight * (look_.lit ? look_.shading.of(patch.normal) : 1) / (was_drawn ? before.of(patch.normal) : 1);
+    weight += patch.weight;
+  }
+  if (weight > 0) photometry_.view_brightened(brighter / weight);
+}
+
+}  // namespace holdfast
