@@ -10,7 +10,7 @@ namespace {
 constexpr int kSmall = 4096;
 /// Share of the view's gradients that light may make, and what of that it must be below to be drawn again: on what is
 /// curved it stays where it is while the surface turns, and what shows little else would seem not to.
-constexpr double kMostLight = 0.1, kAgain = 0.7;
+constexpr double kMostLight = 0.2, kAgain = 0.7;
 /// Light from one side that is not worth that, beside light from everywhere.
 constexpr double kLeastDirection = 0.02;
 
