@@ -26,8 +26,9 @@ bool same_file(const fs::path& a, const fs::path& b) {
 bool same_result(const fs::path& a, const fs::path& b) {
   std::error_code failed;
   if (fs::exists(a, failed)) return fs::is_regular_file(a, failed) && same_file(a, b);
-  const fs::path whole = fs::weakly_canonical(a, failed);
-  return !failed && whole == fs::weakly_canonical(b, failed);
+  // Of a relative name of which nothing is there yet, the canonical one is relative too.
+  const fs::path whole = fs::weakly_canonical(fs::absolute(a), failed);
+  return !failed && whole == fs::weakly_canonical(fs::absolute(b), failed);
 }
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
@@ -55,6 +56,18 @@ void require_distinct(const std::vector<fs::path>& files) {
   }
 }
 
+/// A model brings files that nobody named.
+void require_not_of_model(const ResultFiles& results) {
+  for (const fs::path& model : results.models) {
+    for (const fs::path& file : results.files) {
+      if (!model.empty() && !file.empty() && io::is_file_of_model(model, file)) {
+        refuse(fmt::format("'{}' is where the model '{}' keeps its materials or texture: give the result another name",
+                           file.string(), model.string()));
+      }
+    }
+  }
+}
+
 /// Images that come to lie among those of a folder are frames of it from then on.
 void require_no_new_frame(const fs::path& result, const std::vector<std::string>& frames) {
   if (!is_image_name(result)) return;
@@ -76,6 +89,7 @@ void require_separate_files(const ResultFiles& results, const InputFiles& inputs
     }
   }
   require_distinct(written);
+  require_not_of_model(results);
   for (const fs::path& file : written) require_no_new_frame(file, inputs.frames);
 
   std::vector<fs::path> replaced;

@@ -80,6 +80,23 @@ TEST_CASE("Results may not overwrite one another, but for devices") {
   CHECK(says(refusal({{folder / "a.csv", folder / "b/../a.csv"}, {}, {}}, {}), "two results"));
   CHECK(says(refusal({{folder / "a.obj"}, {}, {folder / "a.obj"}}, {}), "two results"));
   CHECK(refusal({{"/dev/stdout", "/dev/stdout"}, {}, {}}, {}).empty());
+  // Not there yet, and spelled otherwise.
+  const std::string none = "holdfast-none.csv";
+  CHECK(says(refusal({{none, "./" + none}, {}, {}}, {}), "two results"));
+  CHECK(says(refusal({{fs::current_path() / none, none}, {}, {}}, {}), "two results"));
+}
+
+TEST_CASE("No result takes the place of a file that a new model brings") {
+  const TemporaryFolder folder;
+  const auto beside = [&](const char* name) { return refusal({{folder / name}, {}, {folder / "a.obj"}}, {}); };
+  for (const char* name : {"a.png", "a.mtl", "a_0.png", "a_12.png", "b/../a.png"}) {
+    CAPTURE(std::string(name));
+    CHECK(says(beside(name), "keeps its materials or texture"));
+  }
+  for (const char* name : {"a.csv", "a_.png", "a_x.png", "b/a.png", "ab.png", "a_0.jpg"}) {
+    CAPTURE(std::string(name));
+    CHECK(beside(name).empty());
+  }
 }
 
 TEST_CASE("A model's files are those that it names") {

@@ -27,6 +27,9 @@ HOLDFAST_EXPORT std::vector<std::filesystem::path> model_files(const std::filesy
 /// Error(invalid_argument) when the name does not end in .obj.
 HOLDFAST_EXPORT void save_model(const std::filesystem::path& path, const Mesh& mesh);
 
+/// Whether save_model() under the name `path` may write this file: the model, its materials or a texture, there or not.
+HOLDFAST_EXPORT bool is_file_of_model(const std::filesystem::path& path, const std::filesystem::path& file);
+
 /// The files, of those that are there already, that save_model() may replace under this name.
 HOLDFAST_EXPORT std::vector<std::filesystem::path> replaceable_model_files(const std::filesystem::path& path);
 

@@ -112,20 +112,26 @@ void save_model(const fs::path& path, const Mesh& mesh) {
   write_text_file(path, obj);
 }
 
+bool is_file_of_model(const fs::path& path, const fs::path& file) {
+  const std::string stem = companion_stem(path), name = file.stem().string();
+  const fs::path extension = file.extension();
+  const bool numbered = name.starts_with(stem + "_") && name.size() > stem.size() + 1 &&
+                        name.find_first_not_of("0123456789", stem.size() + 1) == std::string::npos;
+  const bool named = file.filename() == path.filename() || (name == stem && extension == ".mtl") ||
+                     ((name == stem || numbered) && extension == ".png");
+  const auto folder = [](const fs::path& of) {
+    std::error_code failed;
+    return fs::weakly_canonical(fs::absolute(of).parent_path() / "name", failed);
+  };
+  return named && folder(file) == folder(path);
+}
+
 std::vector<fs::path> replaceable_model_files(const fs::path& path) {
-  const std::string stem = companion_stem(path);
   std::vector<fs::path> files;
   std::error_code failed;
-  for (const fs::path& file : {path, path.parent_path() / (stem + ".mtl"), path.parent_path() / (stem + ".png")}) {
-    if (fs::exists(file, failed)) files.push_back(file);
-  }
-  // Gaps stand for materials without a texture.
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
-    const std::string name = entry->path().stem().string();
-    const bool numbered = name.starts_with(stem + "_") && name.size() > stem.size() + 1 &&
-                          name.find_first_not_of("0123456789", stem.size() + 1) == std::string::npos;
-    if (numbered && entry->path().extension() == ".png") files.push_back(entry->path());
+    if (is_file_of_model(path, entry->path())) files.push_back(entry->path());
   }
   return files;
 }
