@@ -22,6 +22,7 @@
 #include "holdfast/tracker.hpp"
 #include "idle_options.hpp"
 #include "messages.hpp"
+#include "number_checks.hpp"
 #include "separate_files.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
@@ -62,6 +63,7 @@ struct BakeCommand {
   std::optional<std::int64_t> stop;
   baking::CompletionOptions options;
   bool padding_given = false;
+  bool every_given = false;
   fs::path config;
   bool quiet = false;
 
@@ -100,7 +102,8 @@ void BakeCommand::add_to(CLI::App& command) {
   command.add_option("--stop", stop, "First frame not looked at any more [end]")->type_name("N")->group(frames_group);
   command
       .add_option("--every", options.every,
-                  "Take texture from every N-th frame; with --init, from all of the first twenty")
+                  "Take texture from every N-th frame; with --init, from all of the first twenty; of several images, "
+                  "from all unless it is given")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str()
       ->type_name("N")
@@ -116,7 +119,7 @@ void BakeCommand::add_to(CLI::App& command) {
   command
       .add_option("--texels-per-metre", textures.texels_per_metre,
                   "Texture resolution [the camera's, where the object is nearest at the first pose]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("N")
       ->group(texture_group);
   command.add_option("--padding", textures.padding, "Texels round each chart of an unwrapped model")
@@ -288,6 +291,8 @@ BakeReport BakeCommand::bake_posed() const {
   PosedFrames frames(inputs, poses, source_options);
   const Camera calibrated = camera.load(frames.size().width, frames.size().height);
   const Mesh mesh = load_mesh();
+  // Images that were chosen one by one are all wanted.
+  const int every = every_given || inputs.size() == 1 ? options.every : 1;
   BakeReport report;
   std::optional<baking::TextureBaker> baker;
   Progress progress(quiet ? nullptr : stderr, frames.count());
@@ -299,7 +304,7 @@ BakeReport BakeCommand::bake_posed() const {
       report.interrupted = true;
       break;
     }
-    if (report.frames++ % options.every != 0) {
+    if (report.frames++ % every != 0) {
       continue;
     }
     if (!baker) {
@@ -365,6 +370,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
     refuse_beside(*command, {"--start", "--stop"}, bake->inputs.size() > 1, "several inputs");
     refuse_beside(*command, {"Tracker"}, !bake->poses.empty(), "--poses, which tracks nothing");
     bake->padding_given = is_given(*command, "--padding");
+    bake->every_given = is_given(*command, "--every");
     bake->config = config_file(*command);
     exit_code = bake->run();
   });

@@ -27,6 +27,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "number_checks.hpp"
 #include "separate_files.hpp"
 #include "track/output_file.hpp"
 
@@ -92,7 +93,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->allow_extra_args(false)
       ->type_name("[PREFIX=]FILE");
   app.add_option("--model-scale", model_scale, "The models' unit in metres [1; 0.001 for BOP scenes]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("FACTOR");
   app.add_option("--bop-object", bop_object, "obj_id to follow where a BOP scene holds several")->type_name("ID");
 
@@ -126,7 +127,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("--start-error", start_error, "starts: up to this far off, millimetres and degrees")
       ->expected(2)
       ->delimiter(',')
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("MM,DEG")
       ->capture_default_str()
       ->group(tracking);
@@ -159,7 +160,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("--within", within, "Most pixels that they may be off, median,largest; exit code 6 otherwise")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::NonNegativeNumber)
+      ->check(nonnegative_number())
       ->type_name("PIXELS")
       ->group(marking);
 
@@ -172,7 +173,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
   CLI::Option* chosen = app.add_option("--picture-frames", picture_frames, "Frames to draw: --picture-frames 0,25,50")
                             ->delimiter(',')
                             ->allow_extra_args(false)
-                            ->check(CLI::NonNegativeNumber)
+                            ->check(nonnegative_number())
                             ->type_name("N,...")
                             ->group(output);
   CLI::Option* pictured =

@@ -20,6 +20,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "number_checks.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
@@ -348,7 +349,7 @@ void add_object_options(CLI::App& command, SimulateArguments& a) {
       ->capture_default_str()
       ->group(group);
   command.add_option("--model-scale", a.model_scale, "The model's unit in metres: 0.001 for millimetres")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("FACTOR")
       ->capture_default_str()
       ->group(group);
@@ -389,7 +390,7 @@ void add_motion_options(CLI::App& command, SimulateArguments& a) {
   command
       .add_option("--speed", a.sequence.motion.speed,
                   "Pixels a frame of the fastest corner: 95 % of the frames keep to it")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("PX")
       ->capture_default_str()
       ->group(group);
@@ -437,7 +438,7 @@ void add_occluder_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("KIND")
       ->group(group);
   command.add_option("--bar-width", a.occluder.bar_width, "Pixels")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("PX")
       ->capture_default_str()
       ->group(group);
@@ -447,7 +448,7 @@ void add_occluder_options(CLI::App& command, SimulateArguments& a) {
       ->capture_default_str()
       ->group(group);
   command.add_option("--cube-size", a.occluder.cube_size, "Its edge as a share of the object's diameter, as seen")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("SHARE")
       ->capture_default_str()
       ->group(group);
@@ -462,7 +463,7 @@ void add_occluder_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("FILE")
       ->group(group);
   command.add_option("--occluder-scale", a.occluder_scale, "The occluders' unit in metres: 0.001 for millimetres")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("FACTOR")
       ->capture_default_str()
       ->group(group);
@@ -471,7 +472,7 @@ void add_occluder_options(CLI::App& command, SimulateArguments& a) {
 void add_light_options(CLI::App& command, SimulateArguments& a) {
   const char* group = "Light and background";
   command.add_option("--ambient", a.sequence.lighting.ambient, "Light from everywhere")
-      ->check(CLI::NonNegativeNumber)
+      ->check(app::nonnegative_number())
       ->type_name("LIGHT")
       ->capture_default_str()
       ->group(group);
@@ -485,12 +486,12 @@ void add_light_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("RADIUS,FRAMES")
       ->group(group);
   command.add_option("--specular", a.sequence.lighting.finish.specular, "Strength of the object's highlights")
-      ->check(CLI::NonNegativeNumber)
+      ->check(app::nonnegative_number())
       ->type_name("LIGHT")
       ->capture_default_str()
       ->group(group);
   command.add_option("--shininess", a.sequence.lighting.finish.shininess, "Larger: smaller, sharper highlights")
-      ->check(CLI::PositiveNumber)
+      ->check(app::positive_number())
       ->type_name("EXPONENT")
       ->capture_default_str()
       ->group(group);
@@ -498,7 +499,7 @@ void add_light_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("FILE")
       ->group(group);
   command.add_option("--background-pan", a.sequence.background.pan, "The background moves by this much a frame")
-      ->check(CLI::NonNegativeNumber)
+      ->check(app::nonnegative_number())
       ->type_name("PX")
       ->capture_default_str()
       ->group(group);

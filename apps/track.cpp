@@ -23,6 +23,7 @@
 #include "holdfast/tracker.hpp"
 #include "idle_options.hpp"
 #include "messages.hpp"
+#include "number_checks.hpp"
 #include "separate_files.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
@@ -83,7 +84,7 @@ void TrackCommand::add_to(CLI::App& command) {
   command.add_option("--stop", stop, "First frame not tracked any more [end]")->type_name("N")->group(frames_group);
   command.add_option("--stride", stride, "Track every N-th frame [1]")->type_name("N")->group(frames_group);
   command.add_option("--frame-rate", frame_rate, "Frames a second of images [30]; for a video instead of its own")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("RATE")
       ->group(frames_group);
 

@@ -142,7 +142,10 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no-such-option"});
   check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});
   check_fails(kUsage, track({{"--stride", "0"}}), {"stride"});
-  check_fails(kUsage, track({{"--frame-rate", "0"}}), {"--frame-rate"});
+  check_fails(kUsage, track({{"--frame-rate", "0"}}), {"--frame-rate", "0 must be more than 0"});
+  check_fails(kUsage, track({{"--frame-rate", "nan"}}), {"--frame-rate", "no number"});
+  check_fails(kUsage, {"simulate", "not_made", "--ambient", "-1"}, {"--ambient", "-1 must be at least 0"});
+  check_fails(kUsage, {"simulate", "not_made", "--speed", "fast"}, {"--speed", "'fast' is no number"});
   check_fails(kUsage, init({{"--click", ""}}), {"--points", "--click"});
   check_fails(kUsage, init({{"--estimate-focal", ""}}), {"--camera", "--estimate-focal"});
   check_fails(kUsage, init({{"--camera", "(none)"}, {"--estimate-focal", ""}}), {"--image"});
