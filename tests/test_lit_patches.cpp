@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "device_impl.hpp"
@@ -82,42 +83,63 @@ std::vector<std::uint8_t> lit_frame(const Mesh& mesh, const Camera& camera, cons
   return rgba;
 }
 
+const Camera kCamera{323, 241, 402, 391, 160.3, 118.7, {}};
+
+/// A ball before the camera in light b: the stages from its frame and its view to patches.
+struct LitBall {
+  LitBall(const Device& device, const Mesh& mesh)
+      : filter(device.impl(), 0.8),
+        view(device.impl(), mesh, kCamera, levels, filter, {}),
+        image(device.impl(), kCamera, levels, filter),
+        test(device.impl(), levels),
+        photometry(device.impl(), levels, true),
+        patches(device.impl(), levels) {
+    const std::vector<std::uint8_t> rgba = lit_frame(mesh, kCamera, T_camera_object, b);
+    const Rect whole{0, 0, kCamera.width, kCamera.height};
+    image.enqueue_upload(ImageView{rgba.data(), kCamera.width, kCamera.height, 0, PixelFormat::rgba8},
+                         image.region(whole));
+    image.enqueue_blur(0, whole);
+    image.wait_for_upload();
+  }
+
+  /// Of the ball drawn unlit, or in this light.
+  std::span<const LitPatch> read(const Shading& shading, bool drawn, int every) {
+    if (drawn) view.renderer().set_shading(shading.direction());
+    REQUIRE(view.enqueue(T_camera_object, 0, 1, false, {}));
+    photometry.enqueue_upload(0, view.planes(0).tiles);
+    kernel::hf_warp warp = make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
+    warp.every = every;
+    test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), photometry.buffer(0));
+    return patches.read(view, test, 0, every, photometry, shading, drawn);
+  }
+
+  const Pose T_camera_object = pose_at({0.03, -0.02, 0.6}, {0.3, 0.5, -0.2});
+  const Eigen::Vector3d b{-0.25, -0.3, -0.4};
+  std::vector<Level> levels = make_levels(kCamera, 2);
+  ImageFilter filter;
+  ViewTemplate view;
+  DeviceImage image;
+  OcclusionTest test;
+  Photometry photometry;
+  LitPatches patches;
+};
+
 }  // namespace
 
 TEST_CASE("patches have the surface's normals and the light that falls on it, on both partitions and of thinned rows") {
-  const Camera camera{323, 241, 402, 391, 160.3, 118.7, {}};
   const Mesh mesh = painted_ball(4);
-  const Pose T_camera_object = pose_at({0.03, -0.02, 0.6}, {0.3, 0.5, -0.2});
-  const Eigen::Vector3d b(-0.25, -0.3, -0.4);
-  const std::vector<std::uint8_t> rgba = lit_frame(mesh, camera, T_camera_object, b);
-  const auto levels = make_levels(camera, 2);
   for (const Partition partition : {Partition::strips, Partition::groups}) {
     DeviceOptions device_options;
     device_options.partition = partition;
     const Device device(device_options);
-    ImageFilter filter(device.impl(), 0.8);
-    ViewTemplate view(device.impl(), mesh, camera, levels, filter, {});
-    DeviceImage image(device.impl(), camera, levels, filter);
-    OcclusionTest test(device.impl(), levels);
-    Photometry photometry(device.impl(), levels, true);
-    LitPatches patches(device.impl(), levels);
-    const Rect whole{0, 0, camera.width, camera.height};
-    image.enqueue_upload(ImageView{rgba.data(), camera.width, camera.height, 0, PixelFormat::rgba8},
-                         image.region(whole));
-    image.enqueue_blur(0, whole);
-    REQUIRE(view.enqueue(T_camera_object, 0, 1, false, {}));
-    photometry.enqueue_upload(0, view.planes(0).tiles);
+    LitBall ball(device, mesh);
+    const Eigen::Vector3d& b = ball.b;
     for (const int every : {1, 2, 3, 4}) {
       CAPTURE(every);
-      kernel::hf_warp warp =
-          make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
-      warp.every = every;
-      test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), photometry.buffer(0));
-      const auto found = patches.read(view, test, 0, every, photometry, Shading(), false);
+      const auto found = ball.read(Shading(), false, every);
       CHECK(found.size() > 300);
       CHECK(found.size() <= 4000);
       std::vector<double> off;
-      Shading truth;
       double light = 0;
       for (const LitPatch& patch : found) {
         CHECK(patch.normal.norm() == doctest::Approx(1));
@@ -135,44 +157,22 @@ TEST_CASE("patches have the surface's normals and the light that falls on it, on
     }
     // The ball's own geometry, at single pixels.
     for (const auto& [x, y] : {std::pair{180, 106}, {150, 80}, {205, 130}, {181, 150}}) {
-      const auto normal = view.normal_at(x, y);
+      const auto normal = ball.view.normal_at(x, y);
       REQUIRE(normal.has_value());
-      CHECK(degrees_between(*normal, normal_of_ball(camera, T_camera_object.translation(), x, y)) < 3);
+      CHECK(degrees_between(*normal, normal_of_ball(kCamera, ball.T_camera_object.translation(), x, y)) < 3);
     }
-    CHECK_FALSE(view.normal_at(20, 20).has_value());
+    CHECK_FALSE(ball.view.normal_at(20, 20).has_value());
   }
 }
 
 TEST_CASE("what light makes of the gradients is told from what paint makes, whether or not it is drawn") {
-  const Camera camera{323, 241, 402, 391, 160.3, 118.7, {}};
-  const Pose T_camera_object = pose_at({0.03, -0.02, 0.6}, {0.3, 0.5, -0.2});
-  const Eigen::Vector3d b(-0.25, -0.3, -0.4);
-  const auto levels = make_levels(camera, 2);
   const Device device;
   const auto share = [&](const Mesh& mesh, bool drawn) {
-    const std::vector<std::uint8_t> rgba = lit_frame(mesh, camera, T_camera_object, b);
-    ImageFilter filter(device.impl(), 0.8);
-    ViewTemplate view(device.impl(), mesh, camera, levels, filter, {});
-    DeviceImage image(device.impl(), camera, levels, filter);
-    OcclusionTest test(device.impl(), levels);
-    Photometry photometry(device.impl(), levels, true);
-    LitPatches patches(device.impl(), levels);
-    const Rect whole{0, 0, camera.width, camera.height};
-    image.enqueue_upload(ImageView{rgba.data(), camera.width, camera.height, 0, PixelFormat::rgba8},
-                         image.region(whole));
-    image.enqueue_blur(0, whole);
+    LitBall ball(device, mesh);
     Shading shading;
-    for (const bool lit : {false, true}) {
-      if (lit && drawn) view.renderer().set_shading(shading.direction());
-      REQUIRE(view.enqueue(T_camera_object, 0, 1, false, {}));
-      photometry.enqueue_upload(0, view.planes(0).tiles);
-      const kernel::hf_warp warp =
-          make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
-      test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), photometry.buffer(0));
-      const auto found = patches.read(view, test, 0, 1, photometry, shading, lit && drawn);
-      if (!lit) shading.learn(found);
-    }
-    return patches.light_share();
+    shading.learn(ball.read(shading, false, 1));
+    ball.read(shading, drawn, 1);
+    return ball.patches.light_share();
   };
   for (const bool drawn : {false, true}) {
     CAPTURE(drawn);
