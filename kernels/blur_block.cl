@@ -9,23 +9,18 @@
 #define ROW (HF_PIXEL * ROW_VECTORS)
 #define LINE (HF_PIXEL * LINE_VECTORS)
 
-/* The common reach written out: PoCL 3.1 does not unroll by itself. */
+/* The common reaches written out: PoCL 3.1 does not unroll by itself. */
+#define TAP(K, STATEMENT) \
+  if (radius >= K) {      \
+    const int k = K;      \
+    STATEMENT;            \
+  }
 #define FOR_EACH_TAP(STATEMENT)         \
-  if (radius == 3) {                    \
-    {                                   \
-      const int k = 1;                  \
-      STATEMENT;                        \
-    }                                   \
-    {                                   \
-      const int k = 2;                  \
-      STATEMENT;                        \
-    }                                   \
-    {                                   \
-      const int k = 3;                  \
-      STATEMENT;                        \
-    }                                   \
-  } else {                              \
-    for (int k = 1; k <= radius; ++k) { \
+  {                                     \
+    TAP(1, STATEMENT)                   \
+    TAP(2, STATEMENT)                   \
+    TAP(3, STATEMENT)                   \
+    for (int k = 4; k <= radius; ++k) { \
       STATEMENT;                        \
     }                                   \
   }
@@ -193,11 +188,13 @@ __kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __c
   const hf_rect block = block_of(rect);
   hf_frame none;
   none.width = none.height = 0;
-  /* The common reach as a constant, known inside the loops. */
+  /* The common reaches as constants, known inside the loops. */
   if (radius == 3 && all_covered(block, 3, covered)) {
     blur_block(in, 0, none, HF_BGR8, layout, block, taps, 3, 3, out);
   } else if (radius == 3) {
     blur_block(in, 0, none, HF_BGR8, layout, block, taps, 3, 4, out);
+  } else if (radius == 2) {
+    blur_block(in, 0, none, HF_BGR8, layout, block, taps, 2, 4, out);
   } else {
     blur_block(in, 0, none, HF_BGR8, layout, block, taps, radius, 4, out);
   }
@@ -216,6 +213,8 @@ __kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __c
       blur_block(0, frame, f, FORMAT, layout, block, taps, 3, 3, out);                                                \
     } else if (radius == 3) {                                                                                         \
       blur_block(0, frame, f, FORMAT, layout, block, taps, 3, 4, out);                                                \
+    } else if (radius == 2) {                                                                                         \
+      blur_block(0, frame, f, FORMAT, layout, block, taps, 2, 4, out);                                                \
     } else {                                                                                                          \
       blur_block(0, frame, f, FORMAT, layout, block, taps, radius, 4, out);                                           \
     }                                                                                                                 \

@@ -1,27 +1,37 @@
 /* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 10, 11 and 13 of
    docs/math.md. */
 
-/* Counting and passing pixels of the square neighbourhood of a row's lanes. */
 #if HF_STRIPS
+/* Of every column beside a row's lanes, eight more on either side: pixels of the neighbourhood's rows that count and,
+   256 times, that pass. */
 typedef struct {
-  uchar16 counted[2], passed[2];
+  ushort16 half_row[2];
 } vote_columns;
 
-INLINE void add_row(__global const uchar* row, vote_columns* columns, uchar weight) {
-  for (int half_row = 0; half_row < 2; ++half_row) {
-    const uchar16 c = LOAD_BYTES(row + 16 * half_row);
-    columns->counted[half_row] += weight * (c >> (uchar)4);
-    columns->passed[half_row] += weight * (as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & (c >> (uchar)4));
-  }
+INLINE ushort16 votes(__global const uchar* classes) {
+  const uchar16 c = LOAD_BYTES(classes);
+  const uchar16 counted = c >> (uchar)4;
+  const uchar16 passed = as_uchar16((c & (uchar)15) == (uchar16)(HF_USED)) & counted;
+  return convert_ushort16(counted) | (convert_ushort16(passed) << (ushort)8);
 }
 
-INLINE int16 neighbourhood_sum(const uchar16* columns, int radius) {
-  uchar line[32];
-  vstore16(columns[0], 0, line);
-  vstore16(columns[1], 1, line);
-  uchar16 sum = (uchar16)(0);
+INLINE void add_row(__global const uchar* row, vote_columns* columns) {
+  columns->half_row[0] += votes(row);
+  columns->half_row[1] += votes(row + 16);
+}
+
+INLINE void remove_row(__global const uchar* row, vote_columns* columns) {
+  columns->half_row[0] -= votes(row);
+  columns->half_row[1] -= votes(row + 16);
+}
+
+INLINE ushort16 neighbourhood_sum(const vote_columns* columns, int radius) {
+  ushort line[32];
+  vstore16(columns->half_row[0], 0, line);
+  vstore16(columns->half_row[1], 1, line);
+  ushort16 sum = (ushort16)(0);
   for (int i = -radius; i <= radius; ++i) sum += vload16(0, line + 8 + i);
-  return convert_int16(sum);
+  return sum;
 }
 
 /* Neighbouring lanes added up: half as many of each vector. */
@@ -51,12 +61,14 @@ __kernel void flow_constraints(__global const float* value, __global const float
   const int tx = tiles.x + (int)get_group_id(0), ty = tiles.y + (int)get_group_id(1);
   const int x0 = tx * HF_TILE + TILE_COLUMN;
   __global float* out = sums + HF_SUM_STRIDE * ((int)get_group_id(1) * tiles.width + (int)get_group_id(0));
+  const lane_float zero = (lane_float)(0.0f), one = (lane_float)(1.0f);
+  lane_float total[MAIN_LANES];
+#pragma unroll
+  for (int i = 0; i < MAIN_LANES; ++i) total[i] = zero;
 #if HF_STRIPS
   /* Many tiles hold no pixel that passed: they are counted and done with. In floats, chosen: Oclgrind 21.10 counts 255
      where a comparison's -1 is subtracted from an integer. */
-  const float16 nought = (float16)(0.0f), unit = (float16)(1.0f);
-  float16 visible_pixels = nought, usable_pixels = nought, gradient_pixels = nought;
-  int16 passes = (int16)(0);
+  float16 visible = zero, usable = zero, gradient = zero, passing = zero;
   for (int row = first_row(ty, k.every); row < HF_TILE; row += k.every) {
     const int e = element(layout, x0, ty * HF_TILE + row);
     const uchar16 class = LOAD_BYTES(classes + e);
@@ -65,43 +77,37 @@ __kernel void flow_constraints(__global const float* value, __global const float
       continue;
     }
     const int16 c = convert_int16(class & (uchar)15);
-    visible_pixels += CHOOSE(nought, unit, c != HF_NOT_VISIBLE);
-    usable_pixels += CHOOSE(nought, unit, c >= HF_NO_GRADIENT);
-    gradient_pixels += CHOOSE(nought, unit, convert_int16(class) >= HF_COUNTS_IN_VOTE);
-    passes |= c == HF_USED;
+    visible += CHOOSE(zero, one, c != HF_NOT_VISIBLE);
+    usable += CHOOSE(zero, one, c >= HF_NO_GRADIENT);
+    gradient += CHOOSE(zero, one, convert_int16(class) >= HF_COUNTS_IN_VOTE);
+    passing += CHOOSE(zero, one, c == HF_USED);
     STORE_BYTES(class & (uchar)15, final_classes + e);
   }
-  if (!any(passes)) {
-    for (int i = 0; i < HF_SUM_STRIDE; i += 16) STORE(nought, out + i);
-    float counts[3][16];
-    vstore16(visible_pixels, 0, counts[0]);
-    vstore16(usable_pixels, 0, counts[1]);
-    vstore16(gradient_pixels, 0, counts[2]);
-    for (int k = 0; k < 3; ++k) {
-      float sum = 0.0f;
-      for (int lane = 0; lane < 16; ++lane) sum += counts[k][lane];
-      out[HF_SUM_VISIBLE + k] = sum;
-    }
+  total[HF_SUM_VISIBLE] = visible;
+  total[HF_SUM_USABLE] = usable;
+  total[HF_SUM_GRADIENT] = gradient;
+  total[HF_SUM_PASSED] = passing;
+  if (!any(passing > zero)) {
+    for (int i = 0; i < MAIN_LANES; i += 16) STORE(sixteen_sums(total + i), out + i);
+    for (int i = MAIN_LANES; i < HF_SUM_STRIDE; i += 16) STORE(zero, out + i);
     return;
   }
 #endif
   lane_float gain[HF_CHANNELS], bias[HF_CHANNELS];
   photometric_rows rows;
   rows.upper_row = NO_CELL_ROW;
-  lane_float total[MAIN_LANES], photo[2][CELL_LANES];
+  lane_float photo[2][CELL_LANES];
 #pragma unroll
-  for (int i = 0; i < MAIN_LANES; ++i) total[i] = (lane_float)(0.0f);
-#pragma unroll
-  for (int i = 0; i < CELL_LANES; ++i) photo[0][i] = photo[1][i] = (lane_float)(0.0f);
+  for (int i = 0; i < CELL_LANES; ++i) photo[0][i] = photo[1][i] = zero;
   const lane_float ray_x = ((lane_float)(x0) + LANE_INDEX - k.cx) / k.fx;
 
 #if HF_STRIPS
   vote_columns columns;
   const int reach = k.vote_radius / k.every; /* rows that are looked at, up and down */
   if (k.block_vote) {
-    columns.counted[0] = columns.counted[1] = columns.passed[0] = columns.passed[1] = (uchar16)(0);
+    columns.half_row[0] = columns.half_row[1] = (ushort16)(0);
     for (int i = -reach; i < reach; ++i) {
-      add_row(classes + element(layout, x0 - 8, ty * HF_TILE + first_row(ty, k.every) + i * k.every), &columns, 1);
+      add_row(classes + element(layout, x0 - 8, ty * HF_TILE + first_row(ty, k.every) + i * k.every), &columns);
     }
   }
 #endif
@@ -112,22 +118,25 @@ __kernel void flow_constraints(__global const float* value, __global const float
     lane_int class = TO_INT(LOAD_BYTES(classes + e));
 #if HF_STRIPS
     if (k.block_vote) {
-      add_row(classes + element(layout, x0 - 8, y + reach * k.every), &columns, 1);
-      if (row >= k.every) add_row(classes + element(layout, x0 - 8, y - (reach + 1) * k.every), &columns, (uchar)255);
+      add_row(classes + element(layout, x0 - 8, y + reach * k.every), &columns);
+      if (row >= k.every) remove_row(classes + element(layout, x0 - 8, y - (reach + 1) * k.every), &columns);
     }
 #endif
     const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
     class &= 15;
     lane_int used = class == HF_USED;
-    const lane_float zero = (lane_float)(0.0f), one = (lane_float)(1.0f);
+#if HF_STRIPS
+    if (!any(used)) continue; /* counted already */
+#else
     total[HF_SUM_VISIBLE] += CHOOSE(zero, one, class != HF_NOT_VISIBLE);
     total[HF_SUM_USABLE] += CHOOSE(zero, one, class >= HF_NO_GRADIENT);
     total[HF_SUM_GRADIENT] += CHOOSE(zero, one, counts);
     total[HF_SUM_PASSED] += CHOOSE(zero, one, used);
+#endif
     if (k.block_vote && ANY(used)) {
 #if HF_STRIPS
-      const lane_int counted = neighbourhood_sum(columns.counted, k.vote_radius),
-                     passed = neighbourhood_sum(columns.passed, k.vote_radius);
+      const ushort16 both = neighbourhood_sum(&columns, k.vote_radius);
+      const int16 counted = convert_int16(both & (ushort)255), passed = convert_int16(both >> (ushort)8);
 #else
       int counted = 0, passed = 0;
       for (int j = -(k.vote_radius / k.every * k.every); j <= k.vote_radius; j += k.every) {
@@ -188,13 +197,16 @@ __kernel void flow_constraints(__global const float* value, __global const float
         ty = CHOOSE(ty, vy[c], leads);
         second_channel = CHOOSE(second_channel, (lane_int)(c), leads);
       }
-      lane_float first_x = gx[0], first_y = gy[0], second_x = gx[0], second_y = gy[0];
+      lane_float first_x = sx, first_y = sy, second_x = tx, second_y = ty;
+      if (k.mean_gradient) {
+        first_x = gx[0], first_y = gy[0], second_x = gx[0], second_y = gy[0];
 #pragma unroll
-      for (int c = 1; c < HF_CHANNELS; ++c) {
-        first_x = CHOOSE(first_x, gx[c], strongest_channel == c);
-        first_y = CHOOSE(first_y, gy[c], strongest_channel == c);
-        second_x = CHOOSE(second_x, gx[c], second_channel == c);
-        second_y = CHOOSE(second_y, gy[c], second_channel == c);
+        for (int c = 1; c < HF_CHANNELS; ++c) {
+          first_x = CHOOSE(first_x, gx[c], strongest_channel == c);
+          first_y = CHOOSE(first_y, gy[c], strongest_channel == c);
+          second_x = CHOOSE(second_x, gx[c], second_channel == c);
+          second_y = CHOOSE(second_y, gy[c], second_channel == c);
+        }
       }
 #pragma unroll
       for (int c = 0; c < HF_CHANNELS; ++c) {

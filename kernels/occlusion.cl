@@ -157,8 +157,12 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
 
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
-    lane_int angle_apart = (lane_int)(0), apart = (lane_int)(0);
+    lane_int angle_apart = (lane_int)(0);
+    /* By how much the channel farthest apart is so: a number, because Oclgrind 21.10 gets the same of comparisons
+     * wrong. */
+    lane_float excess = (lane_float)(-1.0f);
     lane_float along_all = (lane_float)(0.0f), mv2_all = (lane_float)(0.0f), mi2_all = (lane_float)(0.0f);
+#pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
       const lane_float ix = fma((lane_float)(warp.turn[0]), s.dx[c], warp.turn[1] * s.dy[c]);
       const lane_float iy = fma((lane_float)(warp.turn[2]), s.dx[c], warp.turn[3] * s.dy[c]);
@@ -186,16 +190,15 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float larger = sqrt(fmax(mv2, mi2));
       const lane_float limit =
           fma((lane_float)(tests.difference_relative), larger, (lane_float)(tests.difference_maximum));
-      if (tests.compare_magnitudes) {
-        apart |= larger - sqrt(fmin(mv2, mi2)) >= limit;
-      } else {
-        apart |= fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) >= limit * limit;
-      }
+      const lane_float beyond = tests.compare_magnitudes ? larger - sqrt(fmin(mv2, mi2)) - limit
+                                                         : fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) - limit * limit;
+      excess = CHOOSE(excess, beyond, beyond > excess);
     }
     if (tests.angle_together) {
       angle_apart =
           any_strong & ((along_all <= 0.0f) | (along_all * along_all < tests.angle_cosine2 * mv2_all * mi2_all));
     }
+    const lane_int apart = excess >= 0.0f;
     const lane_int gradients = tests.all_channels ? all_strong : any_strong;
     lane_int class = (lane_int)(HF_USED);
     if (tests.magnitude_test) class = CHOOSE(class, (lane_int)(HF_REJECTED_MAGNITUDE), apart);

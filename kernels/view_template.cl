@@ -335,6 +335,8 @@ __kernel void pixel_planes(__global const float* in, __global const float* depth
   const hf_view none = {0, 0, 0, 0.0f, 0.0f, 0.0f};
   if (radius == 3) {
     planes_of_block(in, 0, none, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
+  } else if (radius == 2) {
+    planes_of_block(in, 0, none, rect, depth, layout, block, taps, 2, k, value, dx, dy, usable);
   } else {
     planes_of_block(in, 0, none, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
   }
@@ -348,6 +350,8 @@ __kernel void view_planes(__global const uint* packed, hf_view view, __global co
   if (block.width == 0) return;
   if (radius == 3) {
     planes_of_block(0, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
+  } else if (radius == 2) {
+    planes_of_block(0, packed, view, rect, depth, layout, block, taps, 2, k, value, dx, dy, usable);
   } else {
     planes_of_block(0, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
   }
