@@ -8,8 +8,10 @@
 namespace holdfast {
 namespace {
 
-/// Tiles on a side of a block: 48 pixels share their errors at most.
-constexpr int kBlock = 3;
+/// Blocks that an object is taken to consist of, as far as errors go, and tiles on a side that make one at least: 48
+/// pixels share the blur's, texture's and codec's errors, and larger objects have larger parts in common.
+constexpr double kBlocks = 6;
+constexpr int kLeastSide = 3;
 /// Blocks that are taken to say the same in every direction, beside those there are.
 constexpr double kAlike = 3;
 /// How far a block may decide alone, so that one that holds all there is says something finite.
@@ -65,14 +67,15 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
     to_dark += tile.to_dark;
     informative_tiles += tile.informative;
   }
+  const int side = std::max(kLeastSide, static_cast<int>(std::lround(std::sqrt(informative_tiles / kBlocks))));
   // Every block, one overlapping the next: what neighbours have in common adds up in it.
-  for (int row = 1 - kBlock; row < rows; ++row) {
-    for (int column = 1 - kBlock; column < columns; ++column) {
+  for (int row = 1 - side; row < rows; ++row) {
+    for (int column = 1 - side; column < columns; ++column) {
       Matrix6 block_A = Matrix6::Zero();
       Twist block_h = Twist::Zero();
       bool informative = false;
-      for (int y = std::max(0, row); y < std::min(rows, row + kBlock); ++y) {
-        for (int x = std::max(0, column); x < std::min(columns, column + kBlock); ++x) {
+      for (int y = std::max(0, row); y < std::min(rows, row + side); ++y) {
+        for (int x = std::max(0, column); x < std::min(columns, column + side); ++x) {
           const TileEquations& tile = tiles[static_cast<std::size_t>(y * columns + x)];
           if (!tile.informative) continue;
           informative = true;
@@ -88,9 +91,9 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
       blocks += score * score.transpose();
     }
   }
-  blocks /= kBlock * kBlock;
+  blocks /= side * side;
   // What few blocks say of a single direction is much by chance; how they spread in all of them together is less so.
-  const double count = informative_tiles / (kBlock * kBlock), alike = A.llt().solve(blocks).trace() / 6;
+  const double count = informative_tiles / (side * side), alike = A.llt().solve(blocks).trace() / 6;
   const double light = std::hypot(kLightDeviation, kLensDeviation * lens_variance);
   return (count * blocks + kAlike * alike * A) / (count + kAlike) + light * light * to_dark * to_dark.transpose();
 }

@@ -23,8 +23,9 @@ struct Trial {
 };
 
 /// Tiles of random rows whose residuals are noise; `shared` of its variance is one displacement along the tile's
-/// gradient that a tile has in common with the tiles to its right, below, and between.
-Trial random_trial(std::mt19937& random, double shared) {
+/// gradient that a tile has in common with the tiles to its right, below, and between, and `reach` x `reach` tiles
+/// among each other.
+Trial random_trial(std::mt19937& random, double shared, int reach = 1) {
   std::normal_distribution<double> normal;
   Trial trial;
   trial.sums.assign(static_cast<std::size_t>(kColumns * kRows) * HF_SUM_STRIDE, 0.0f);
@@ -35,7 +36,7 @@ Trial random_trial(std::mt19937& random, double shared) {
   for (int y = 0; y < kRows; ++y) {
     for (int x = 0; x < kColumns; ++x) {
       const auto corner = [&](int i, int j) {
-        return common[static_cast<std::size_t>((y + j) * (kColumns + 1) + x + i)];
+        return common[static_cast<std::size_t>((y / reach + j) * (kColumns + 1) + x / reach + i)];
       };
       const double tile_noise = std::sqrt(shared) * 0.5 * (corner(0, 0) + corner(1, 0) + corner(0, 1) + corner(1, 1));
       Matrix6 A = Matrix6::Zero();
@@ -115,6 +116,14 @@ TEST_CASE("covariance: noise that a tile's rows and its neighbours share is cove
   CHECK(share.reported > 0.88);
   CHECK(share.mean_square > 6 / (1.5 * 1.5));
   CHECK(share.mean_square < 6 * 1.25);
+}
+
+// Errors of texture and light that a large object's faces share, far beyond a tile's neighbours.
+TEST_CASE("covariance: noise that large parts of a large object share is nearly covered") {
+  const Covered share = covered([](std::mt19937& random) { return random_trial(random, 0.5, 3); });
+  CHECK(share.independent < 0.3);
+  CHECK(share.reported > 0.85);
+  CHECK(share.mean_square == doctest::Approx(6).epsilon(0.25));
 }
 
 // A dozen tiles fit the solution that they decide: what they leave over says little.
