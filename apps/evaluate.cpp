@@ -27,8 +27,10 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "messages.hpp"
 #include "number_checks.hpp"
 #include "separate_files.hpp"
+#include "track/interruption.hpp"
 #include "track/output_file.hpp"
 
 namespace holdfast::app {
@@ -88,8 +90,8 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->type_name("FOLDER");
   app.add_option(
          "--model", models,
-         "Model file; PREFIX=FILE: for sequences whose name starts with PREFIX; repeatable. BOP scenes have their "
-         "own below the data set's models/")
+         "Model file; PREFIX=FILE: for sequences whose name starts with PREFIX; repeatable. Left out: the folder's own "
+         "model/model.obj; of BOP scenes the one below the data set's models/")
       ->allow_extra_args(false)
       ->type_name("[PREFIX=]FILE");
   app.add_option("--model-scale", model_scale, "The models' unit in metres [1; 0.001 for BOP scenes]")
@@ -305,7 +307,7 @@ Evaluation track_at_step(const Sequence& sequence, const TrackerUnderTest& track
     throw Error(ErrorCode::invalid_argument,
                 fmt::format("--step {}: '{}' has only {} frames", options.step, sequence.name, sequence.truth.size()));
   }
-  for (options.offset = 0; options.offset < options.step; ++options.offset) {
+  for (options.offset = 0; options.offset < options.step && !options.is_interrupted(); ++options.offset) {
     std::vector<FrameRecord> records = run_protocol(sequence.truth, sequence.visible, tracker, options);
     out.records.insert(out.records.end(), records.begin(), records.end());
   }
@@ -317,7 +319,10 @@ fs::path model_of(const Sequence& sequence, const ModelChoice& models) {
     return models.for_sequence(sequence.name);
   }
   if (sequence.model.empty()) {
-    throw Error(ErrorCode::invalid_argument, "no model to track: add --model FILE or --model PREFIX=FILE");
+    throw Error(
+        ErrorCode::invalid_argument,
+        fmt::format("no model to track: '{}' has no model/model.obj, so add --model FILE or --model PREFIX=FILE",
+                    sequence.name));
   }
   return sequence.model;
 }
@@ -332,7 +337,8 @@ void require_visible_shares(const EvaluateArguments& arguments, const Sequence& 
   }
 }
 
-void evaluate_tracker(const EvaluateArguments& arguments) {
+/// What has been tracked when it is interrupted is reported all the same.
+int evaluate_tracker(const EvaluateArguments& arguments) {
   if (arguments.folders.empty()) {
     throw Error(ErrorCode::invalid_argument, "no sequence: give folders, or --poses with --truth");
   }
@@ -341,6 +347,8 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   protocol.protocol = arguments.rbot() ? Protocol::rbot : Protocol::never_reset;
   protocol.minimum_visible = arguments.minimum_visible;
   protocol.show_start_frame = arguments.show_start_frame;
+  const Interruption interruption;
+  protocol.is_interrupted = [&interruption] { return interruption.requested(); };
   const TrackerOptions options = arguments.tracker.options();
 
   // Everything that can be wrong with the input is found before the first frame is tracked.
@@ -373,6 +381,7 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
   provenance.show_start_frame = arguments.show_start_frame;
   std::vector<Evaluation> evaluations;
   for (const Sequence& sequence : sequences) {
+    if (interruption.requested()) break;
     const fs::path& model = sequence.model;
     const Mesh mesh = load_mesh(arguments, model, sequence);
     const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
@@ -391,8 +400,10 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
     }
     for (const int step : arguments.steps) {
       protocol.step = step;
-      evaluations.push_back(arguments.wrong_starts() ? track_from_starts(sequence, tested, protocol, arguments)
-                                                     : track_at_step(sequence, tested, protocol));
+      Evaluation evaluation = arguments.wrong_starts() ? track_from_starts(sequence, tested, protocol, arguments)
+                                                       : track_at_step(sequence, tested, protocol);
+      if (interruption.requested() && evaluation.records.empty()) break;
+      evaluations.push_back(std::move(evaluation));
       evaluations.back().model = model.string();
       finish(evaluations.back(), protocol.failure, points);
       if (!arguments.quiet) {
@@ -402,7 +413,17 @@ void evaluate_tracker(const EvaluateArguments& arguments) {
       }
     }
   }
+  provenance.complete = !interruption.requested();
+  if (evaluations.empty()) {
+    print_warning("interrupted before any frame was tracked: nothing is written");
+    return kInterrupted;
+  }
   report(arguments, provenance, evaluations);
+  if (provenance.complete) return kOk;
+  const FrameRecord& last = evaluations.back().records.back();
+  print_warning(fmt::format("interrupted after frame {} of '{}', step {}: the figures are of the frames up to there",
+                            last.frame, evaluations.back().sequence, last.step));
+  return kInterrupted;
 }
 
 Sequence sequence_of_poses(const EvaluateArguments& arguments) {
@@ -479,11 +500,11 @@ void add_evaluate_command(CLI::App& app, int& exit_code) {
       return;
     }
     if (arguments->poses.empty()) {
-      app::evaluate_tracker(*arguments);
+      exit_code = app::evaluate_tracker(*arguments);
     } else {
       app::evaluate_poses(*arguments);
+      exit_code = app::kOk;
     }
-    exit_code = app::kOk;
   });
 }
 

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <exception>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "config_file.hpp"
 #include "exit_codes.hpp"
 #include "messages.hpp"
+#include "nearest_name.hpp"
 
 namespace {
 
@@ -42,6 +44,30 @@ void silence_libraries() {
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", keep);
 }
 
+std::string did_you_mean(const std::string& given, const std::vector<std::string>& names) {
+  const std::string nearest = holdfast::app::nearest_name(given, names);
+  return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
+}
+
+/// An option that does not exist comes first, with the one that was meant: what CLI11 misses may be just that.
+std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
+  const std::vector<std::string> remaining = command.remaining();
+  const auto unknown = std::find_if(remaining.begin(), remaining.end(),
+                                    [](const std::string& argument) { return argument.starts_with("--"); });
+  const int code = error.get_exit_code();
+  const bool follows =
+      code == static_cast<int>(CLI::ExitCodes::ExtrasError) || code == static_cast<int>(CLI::ExitCodes::RequiredError);
+  if (!follows || unknown == remaining.end()) {
+    return error.what();
+  }
+  const std::string name = unknown->substr(0, unknown->find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& long_name : option->get_lnames()) names.push_back("--" + long_name);
+  }
+  return "there is no option '" + name + "'" + did_you_mean(name, names);
+}
+
 int report(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
     return app.exit(error);  // --help or --version
@@ -49,11 +75,17 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   const auto subcommands = app.get_subcommands();
   const std::vector<std::string> remaining = app.remaining();
   if (subcommands.empty() && !remaining.empty()) {
-    holdfast::app::print_error("there is no command '" + remaining.front() + "' (see 'holdfast --help')");
+    std::vector<std::string> commands;
+    for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+      commands.push_back(command->get_name());
+    }
+    holdfast::app::print_error("there is no command '" + remaining.front() + "'" +
+                               did_you_mean(remaining.front(), commands) + " (see 'holdfast --help')");
     return holdfast::app::kUsage;
   }
-  const std::string command = subcommands.empty() ? "" : subcommands.front()->get_name() + " ";
-  holdfast::app::print_error(std::string(error.what()) + " (see 'holdfast " + command + "--help')");
+  const CLI::App& command = subcommands.empty() ? app : *subcommands.front();
+  holdfast::app::print_error(message_of(command, error) + " (see 'holdfast " +
+                             (subcommands.empty() ? "" : command.get_name() + " ") + "--help')");
   return holdfast::app::kUsage;
 }
 

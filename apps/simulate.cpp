@@ -17,13 +17,16 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
+#include "messages.hpp"
 #include "number_checks.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
+#include "track/interruption.hpp"
 #include "trackability/report.hpp"
 
 namespace holdfast {
@@ -248,15 +251,15 @@ SequenceOptions sequence_options(const SimulateArguments& arguments) {
   return options;
 }
 
-/// The sequence's folder, with the box's model where that is what moves. Returns the model's file.
-std::filesystem::path write_all(const SimulateArguments& arguments, const SequenceOptions& options, const Mesh& mesh,
-                                const std::function<void(int, const SimulatedFrame&)>& after_frame) {
-  write_sequence(Sequence(mesh, options), arguments.folder, arguments.files, after_frame);
-  if (arguments.model != "box") return arguments.model;
-  std::filesystem::path model = arguments.folder / "model" / "model.obj";
+/// The sequence's folder, with the box's model where that is what moves. Returns how many frames it came to hold.
+int write_all(const SimulateArguments& arguments, const SequenceOptions& options, const Mesh& mesh,
+              const std::function<void(int, const SimulatedFrame&)>& after_frame) {
+  const int frames = write_sequence(Sequence(mesh, options), arguments.folder, arguments.files, after_frame);
+  if (arguments.model != "box") return frames;
+  const std::filesystem::path model = arguments.folder / "model" / "model.obj";
   std::filesystem::create_directories(model.parent_path());
   io::save_model(model, mesh);
-  return model;
+  return frames;
 }
 
 /// Tracks what is simulated and says how that went. Frames are written as well where a folder is given.
@@ -281,7 +284,7 @@ void report(const SimulateArguments& arguments, const SequenceOptions& options, 
   fmt::print("{}", trackability::report_text(findings));
 }
 
-void run(const SimulateArguments& arguments) {
+int run(SimulateArguments arguments) {
   if (arguments.folder.empty() && !arguments.report) {
     throw Error(ErrorCode::invalid_argument, "FOLDER is missing: where the sequence goes (--report alone needs none)");
   }
@@ -292,7 +295,7 @@ void run(const SimulateArguments& arguments) {
   if (arguments.report) app::require_named_materials(mesh, arguments.model);
   if (arguments.report) {
     report(arguments, options, mesh);
-    return;
+    return app::kOk;
   }
   const Sequence sequence(mesh, options);
 
@@ -302,12 +305,19 @@ void run(const SimulateArguments& arguments) {
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   double least_visible = 1;
   double visible_sum = 0;
-  const std::filesystem::path model = write_all(arguments, options, mesh, [&](int i, const SimulatedFrame& frame) {
+  const app::Interruption interruption;
+  arguments.files.is_interrupted = [&interruption] { return interruption.requested(); };
+  const int written = write_all(arguments, options, mesh, [&](int i, const SimulatedFrame& frame) {
     least_visible = std::min(least_visible, frame.visible_share);
     visible_sum += frame.visible_share;
     if (show_progress) print_progress(i, sequence.size(), seconds());
   });
-  if (arguments.quiet) return;
+  if (written < sequence.size()) {
+    app::print_warning(fmt::format("interrupted: {} holds the first {} of {} frames", arguments.folder.string(),
+                                   written, sequence.size()));
+    return app::kInterrupted;
+  }
+  if (arguments.quiet) return app::kOk;
   const MotionSummary motion = summarize_motion(sequence.poses(), mesh, options.camera);
   fmt::print("{} frames of {}x{} in {} ({:.0f} ms a frame)\n", sequence.size(), options.camera.width,
              options.camera.height, arguments.folder.string(), 1000.0 * seconds() / sequence.size());
@@ -316,8 +326,10 @@ void run(const SimulateArguments& arguments) {
       "(most)\n",
       motion.nearest, motion.farthest, motion.median_speed, motion.speed_95, motion.max_speed);
   fmt::print("visible share {:.2f} (mean), {:.2f} (least)\n", visible_sum / sequence.size(), least_visible);
-  fmt::print("can it be tracked? holdfast evaluate {} --model {}{}\n", arguments.folder.string(), model.string(),
+  fmt::print("can it be tracked? holdfast evaluate {}{}{}\n", arguments.folder.string(),
+             arguments.model == "box" ? "" : fmt::format(" --model {}", arguments.model),
              arguments.model_scale == 1 ? "" : fmt::format(" --model-scale {}", arguments.model_scale));
+  return app::kOk;
 }
 
 void add_sequence_options(CLI::App& command, SimulateArguments& a) {
@@ -557,8 +569,7 @@ void add_simulate_command(CLI::App& app, int& exit_code) {
     arguments->frames_given = command->count("--frames") > 0;
     arguments->size_given = command->count("--size") > 0;
     refuse_idle_options(*command, *arguments);
-    run(*arguments);
-    exit_code = 0;
+    exit_code = run(*arguments);
   });
 }
 

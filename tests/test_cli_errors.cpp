@@ -134,12 +134,15 @@ TEST_CASE("Help and version go to stdout") {
 
 TEST_CASE("Wrong options") {
   check_fails(kUsage, {}, {"subcommand", "--help"});
-  check_fails(kUsage, {"follow", "frames"}, {"no command 'follow'", "--help"});
+  check_fails(kUsage, {"follow", "frames"}, {"no command 'follow' (see", "--help"});
+  check_fails(kUsage, {"trakc", "frames"}, {"no command 'trakc'", "did you mean 'track'?"});
   check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
+  check_fails(kUsage, {"track", "frames", "--modle", "box.obj"}, {"no option '--modle'", "did you mean '--model'?"});
   check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});
   check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper|published"});
   check_fails(kUsage, track({{"--blur-sigma", "-1"}}), {"--blur-sigma", "[0, 2.6]"});
-  check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no-such-option"});
+  check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no option '--no-such-option' (see", "track --help"});
+  check_fails(kUsage, track({{"--blur-sgima=1", ""}}), {"no option '--blur-sgima'", "did you mean '--blur-sigma'?"});
   check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});
   check_fails(kUsage, track({{"--stride", "0"}}), {"stride"});
   check_fails(kUsage, track({{"--frame-rate", "0"}}), {"--frame-rate", "0 must be more than 0"});

@@ -167,8 +167,8 @@ TEST_CASE("Two runs track to the same poses and figures, to the last digit") {
 
   const auto judged = [&](const std::string& table) {
     const ProgramRun run =
-        simulated().run({"evaluate", "sequence", "--model", "sequence/model/model.obj", "--protocol", "starts",
-                         "--starts", "3", "--start-frames", "2", "--csv", table, "--quiet"});
+        simulated().run({"evaluate", "sequence", "--protocol", "starts", "--starts", "3", "--start-frames", "2",
+                         "--csv", table, "--quiet"});  // the model is the folder's own
     CAPTURE(run.err);
     REQUIRE(run.exit_code == app::kOk);
     return estimates(table);
@@ -272,7 +272,8 @@ TEST_CASE("Bad sequences and models: one line each, before any frame is tracked"
   }
   SUBCASE("no model") {
     check_fails({"evaluate", "sequence", "--model", "none.obj"}, app::kInput, {"none.obj"});
-    check_fails({"evaluate", "sequence"}, app::kUsage, {"--model"});
+    fs::remove_all(simulated().copy("spoiled") / "model");
+    check_fails({"evaluate", "spoiled"}, app::kUsage, {"'spoiled' has no model/model.obj", "--model"});
     check_fails({"simulate", "new", "--model", "none.obj"}, app::kInput, {"none.obj"});
   }
   SUBCASE("an occluder without path, or with a bad one") {

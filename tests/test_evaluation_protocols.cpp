@@ -92,6 +92,22 @@ using Frames = std::vector<int>;
 
 }  // namespace
 
+TEST_CASE("an interrupted run answers with what it has") {
+  ScriptedTracker tracker{.truth = straight_path(6), .wrong_frames = {}};
+  ProtocolOptions options;
+  options.is_interrupted = [&tracker] { return tracker.asked.size() == 3; };
+  for (const Protocol protocol : {Protocol::never_reset, Protocol::rbot}) {
+    tracker.asked.clear();
+    options.protocol = protocol;
+    CHECK(run_protocol(tracker.truth, {}, tracker.tested(), options).size() == 3);
+  }
+  tracker.asked.clear();
+  StartOptions starts;
+  starts.count = 4;
+  starts.frames = 3;
+  CHECK(run_starts(tracker.truth, {}, tracker.tested(), starts, options).size() == 1);
+}
+
 TEST_CASE("pose error: translation by axis, rotation by its angle") {
   Pose truth = Pose::Identity();
   truth.linear() = Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();

@@ -193,8 +193,20 @@ TEST_CASE("Files are laid out as evaluation reads them, the same for any number 
   files.overwrite = true;
   SequenceOptions shorter = options;
   shorter.frames = 2;
-  write_sequence(Sequence(box, shorter), folder / "one", files);
+  CHECK(write_sequence(Sequence(box, shorter), folder / "one", files) == 2);
   CHECK(std::distance(std::filesystem::directory_iterator(folder / "one/frames"), {}) == 2);
+}
+
+TEST_CASE("An interrupted sequence is a shorter one") {
+  const Mesh box = textured_box();
+  const TemporaryFolder folder;
+  SequenceFileOptions files;
+  files.threads = 1;
+  int asked = 0;
+  files.is_interrupted = [&asked] { return ++asked > 2; };
+  CHECK(write_sequence(Sequence(box, everything_on()), folder / "cut", files) == 2);
+  CHECK(io::load_poses(folder / "cut/poses_gt.txt").size() == 2);
+  CHECK(std::distance(std::filesystem::directory_iterator(folder / "cut/frames"), {}) == 2);
 }
 
 TEST_CASE("A picture or a video lies behind the object") {

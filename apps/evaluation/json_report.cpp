@@ -128,6 +128,7 @@ void write_json(const std::filesystem::path& path, const Provenance& provenance,
   root["minimum_visible"] = provenance.minimum_visible;
   root["show_start_frame"] = provenance.show_start_frame;
   root["tracker"] = provenance.tracker;
+  root["complete"] = provenance.complete;
   root["evaluations"] = ordered_json::array();
   for (const Evaluation& evaluation : evaluations) {
     ordered_json entry;

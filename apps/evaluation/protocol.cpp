@@ -27,6 +27,8 @@ void check(std::span<const Pose> truth, std::span<const double> visible, const P
   }
 }
 
+bool ended(const ProtocolOptions& options) { return options.is_interrupted && options.is_interrupted(); }
+
 /// Puts the tracker to the truth; false where it cannot start from there (the object out of view, say).
 bool try_reset(const TrackerUnderTest& tracker, const Pose& T_camera_object) {
   try {
@@ -88,7 +90,7 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
   }
 
   std::vector<FrameRecord> records;
-  for (; frame < frames; frame += options.step) {
+  for (; frame < frames && !ended(options); frame += options.step) {
     FrameRecord record = track_frame(truth, visible, tracker, options, frame);
     if (tracker.inspect) {
       tracker.inspect(record);
@@ -114,7 +116,7 @@ std::vector<FrameRecord> run_starts(std::span<const Pose> truth, std::span<const
                             options.count, options.frames, frames));
   }
   std::vector<FrameRecord> records;
-  for (int start = 0; start < options.count; ++start) {
+  for (int start = 0; start < options.count && !ended(protocol); ++start) {
     simulation::Random random(options.seed, static_cast<std::uint64_t>(start));
     const int first = static_cast<int>(start * (frames - options.frames + 1) / options.count);
     tracker.reset(disturbed(truth[first], options, random));

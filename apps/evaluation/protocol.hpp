@@ -38,6 +38,7 @@ struct ProtocolOptions {
   /// Whenever the tracker is put to a true pose in the rbot protocol it is shown that very frame (not counted), as
   /// trackers are that learn from the image they start on.
   bool show_start_frame = false;
+  std::function<bool()> is_interrupted = {};  ///< may be empty; asked before each frame, true ends the run there
 };
 
 /// Pixels that decided a pose, and how many of them show an occluder and not the object.

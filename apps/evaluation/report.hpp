@@ -26,6 +26,7 @@ struct Provenance {
   double minimum_visible = 0;
   bool show_start_frame = false;
   std::string tracker = {};  ///< device and renderer in words, or the file of poses
+  bool complete = true;      ///< false: interrupted, so that frames, steps or sequences are missing
 };
 
 /// A line an evaluation, columns aligned, and a line of means where there are several sequences. The rbot protocol has

@@ -128,6 +128,10 @@ void load_plain(Sequence& sequence) {
     sequence.tables.push_back(camera_file(sequence.folder));
     sequence.camera = io::load_camera(sequence.tables.back());
   }
+  const fs::path model = sequence.folder / "model" / "model.obj";
+  if (fs::exists(model)) {
+    sequence.model = model;
+  }
   const fs::path visible = sequence.folder / "visible.txt";
   if (fs::exists(visible)) {
     sequence.visible = load_shares(visible);

@@ -86,8 +86,8 @@ void prepare(const fs::path& folder, bool overwrite) {
 
 }  // namespace
 
-void write_sequence(const Sequence& sequence, const fs::path& folder, const SequenceFileOptions& options,
-                    const std::function<void(int, const SimulatedFrame&)>& after_frame) {
+int write_sequence(const Sequence& sequence, const fs::path& folder, const SequenceFileOptions& options,
+                   const std::function<void(int, const SimulatedFrame&)>& after_frame) {
   prepare(folder, options.overwrite);
   if (options.masks) fs::create_directories(folder / "masks");
   const Camera& camera = sequence.camera();
@@ -110,6 +110,7 @@ void write_sequence(const Sequence& sequence, const fs::path& folder, const Sequ
   const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
   const int threads = options.threads > 0 ? options.threads : static_cast<int>(cores);
   for (int first = 0; first < sequence.size(); first += threads) {
+    if (options.is_interrupted && options.is_interrupted()) return first;
     std::vector<std::future<Drawn>> batch;
     for (int i = first; i < std::min(first + threads, sequence.size()); ++i) {
       batch.push_back(std::async(threads > 1 ? std::launch::async : std::launch::deferred, draw, i));
@@ -124,6 +125,7 @@ void write_sequence(const Sequence& sequence, const fs::path& folder, const Sequ
       if (after_frame) after_frame(i, drawn.frame);
     }
   }
+  return sequence.size();
 }
 
 }  // namespace holdfast::simulation
