@@ -255,8 +255,14 @@ SequenceOptions sequence_options(const SimulateArguments& arguments) {
 int write_all(const SimulateArguments& arguments, const SequenceOptions& options, const Mesh& mesh,
               const std::function<void(int, const SimulatedFrame&)>& after_frame) {
   const int frames = write_sequence(Sequence(mesh, options), arguments.folder, arguments.files, after_frame);
-  if (arguments.model != "box") return frames;
   const std::filesystem::path model = arguments.folder / "model" / "model.obj";
+  if (arguments.model != "box") {
+    if (std::filesystem::exists(model) && !std::filesystem::equivalent(model, arguments.model)) {
+      app::print_warning(
+          fmt::format("{} is an older sequence's: 'evaluate' takes it unless --model names another", model.string()));
+    }
+    return frames;
+  }
   std::filesystem::create_directories(model.parent_path());
   io::save_model(model, mesh);
   return frames;

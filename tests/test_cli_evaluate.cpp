@@ -238,6 +238,21 @@ TEST_CASE("A BOP scene is the sequence that it was made of, its model found belo
   CHECK(report["evaluations"].at(0)["diameter_mm"].get<double>() == doctest::Approx(262.5).epsilon(0.01));
 }
 
+TEST_CASE("The model that an older sequence left in its folder is pointed out") {
+  simulated().copy("older");
+  const Arguments again = {"simulate", "older",   "--overwrite", "--frames", "1",
+                           "--size",   "160x120", "--quiet",     "--model"};
+  const auto said = [&](const std::string& model) {
+    Arguments arguments = again;
+    arguments.push_back(model);
+    const ProgramRun run = simulated().run(arguments);
+    CHECK(run.exit_code == app::kOk);
+    return run.err;
+  };
+  CHECK(said("sequence/model/model.obj").find("older/model/model.obj is an older sequence's") != std::string::npos);
+  CHECK(said("older/model/model.obj").empty());
+}
+
 TEST_CASE("Bad sequences and models: one line each, before any frame is tracked") {
   const Arguments model = {"--model", "sequence/model/model.obj"};
   const auto evaluate = [&](const std::string& folder) { return Arguments{"evaluate", folder, model[0], model[1]}; };
