@@ -122,7 +122,9 @@ __kernel void flow_constraints(__global const float* value, __global const float
       if (row >= k.every) remove_row(classes + element(layout, x0 - 8, y - (reach + 1) * k.every), &columns);
     }
 #endif
+#if !HF_STRIPS
     const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
+#endif
     class &= 15;
     lane_int used = class == HF_USED;
 #if HF_STRIPS
