@@ -420,9 +420,10 @@ int evaluate_tracker(const EvaluateArguments& arguments) {
   }
   report(arguments, provenance, evaluations);
   if (provenance.complete) return kOk;
-  const FrameRecord& last = evaluations.back().records.back();
-  print_warning(fmt::format("interrupted after frame {} of '{}', step {}: the figures are of the frames up to there",
-                            last.frame, evaluations.back().sequence, last.step));
+  std::size_t frames = 0;
+  for (const Evaluation& evaluation : evaluations) frames += evaluation.records.size();
+  print_warning(fmt::format("interrupted in '{}', step {}: the figures are of the {} frames tracked until then",
+                            evaluations.back().sequence, evaluations.back().step, frames));
   return kInterrupted;
 }
 

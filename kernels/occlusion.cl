@@ -158,8 +158,7 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
     lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0);
-    /* By how much the channel farthest apart is so: a number, because Oclgrind 21.10 gets the same of comparisons
-     * wrong. */
+    /* By how much the channel farthest apart is so. Oclgrind 21.10 gets comparisons of channels, or'ed, wrong. */
     lane_float excess = (lane_float)(-1.0f);
     lane_float along_all = (lane_float)(0.0f), mv2_all = (lane_float)(0.0f), mi2_all = (lane_float)(0.0f);
 #pragma unroll
