@@ -456,8 +456,10 @@ void evaluate_poses(const EvaluateArguments& arguments) {
   std::optional<ModelPoints> points;
   if (!arguments.models.empty()) {
     sequence.model = ModelChoice(arguments.models).for_sequence(sequence.name);
+  }
+  if (!sequence.model.empty() && arguments.needs_model_distances()) {
     evaluation.model = sequence.model.string();
-    points = points_if_needed(arguments, load_mesh(arguments, evaluation.model, sequence));
+    points.emplace(load_mesh(arguments, evaluation.model, sequence));
   }
   prepare_outputs(arguments, {sequence});
   finish(evaluation, provenance.failure, points);

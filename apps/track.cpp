@@ -162,7 +162,6 @@ std::string TrackCommand::run_json(const Tracker& used) const {
 }
 
 int TrackCommand::run() const {
-  const Interruption interruption;
   const TrackerOptions options = tracker.options();
   require_separate_files({outputs.given(), {}, {completed_model}},
                          {{camera.path, init.path, config}, {input}, {model.path}});
@@ -190,6 +189,8 @@ int TrackCommand::run() const {
   }
   Tracker follower(mesh, calibrated, options, device.open());
   follower.reset(T_camera_object);
+  // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
+  const Interruption interruption;
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
                  source.frame_count(), run_json(follower));
 

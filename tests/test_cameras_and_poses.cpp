@@ -147,6 +147,11 @@ TEST_CASE("The camera for frames of a size") {
   const Camera rescaled = io::camera_for_frames(calibrated, 1280, 960, true);
   CHECK(rescaled.fx == doctest::Approx(1200));
   CHECK(rescaled.cx == doctest::Approx(639.5));  // the centre stays the centre: pixel centres are integers
+  CHECK(io::camera_for_frames(calibrated, 427, 320, true).fx == doctest::Approx(600 * 427 / 640.0));
+  for (const bool rescale : {false, true}) {
+    CHECK_ERROR(io::camera_for_frames(calibrated, 1280, 720, rescale), ErrorCode::camera, "1280x720", "640x480",
+                "cropped");
+  }
   CHECK_ERROR(io::camera_for_frames(calibrated, 0, 0, true), ErrorCode::camera, "");
 }
 

@@ -164,6 +164,12 @@ TEST_CASE("Two runs track to the same poses and figures, to the last digit") {
   const std::vector<std::string> once = tracked("once.csv");
   CHECK(once.size() == 13);
   CHECK(once == tracked("again.csv"));
+  // Judged afterwards, the folder's own model is taken as well.
+  const ProgramRun compared =
+      simulated().run({"evaluate", "sequence", "--poses", "once.csv", "--json", "compared.json", "--quiet"});
+  CAPTURE(compared.err);
+  REQUIRE(compared.exit_code == app::kOk);
+  CHECK(summary_of("compared.json")["add"]["below_10_percent"] == 1);
 
   const auto judged = [&](const std::string& table) {
     const ProgramRun run =

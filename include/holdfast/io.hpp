@@ -48,7 +48,8 @@ HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera& camera);
 
 /// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
-/// program's option --rescale-camera) when they differ, unless `rescale`, which needs a size to scale from.
+/// program's option --rescale-camera) when they differ, unless `rescale`, which needs a size of the same shape to scale
+/// from.
 HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
 
 /// Reads the first pose of a file: a 3x4 or 4x4 row-major matrix in any line layout, or TUM (t tx ty tz qx qy qz qw).

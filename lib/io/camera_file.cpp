@@ -19,6 +19,9 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+/// How much the shapes of one view at two sizes differ by, log of width over height: pixels are whole.
+constexpr double kSameShape = 0.02;
+
 [[noreturn]] void fail(const fs::path& path, const std::string& reason) {
   throw Error(ErrorCode::camera, fmt::format("camera file '{}': {}", path.string(), reason));
 }
@@ -241,6 +244,13 @@ Camera camera_for_frames(const Camera& camera, int width, int height, bool resca
     fitted.width = width;
     fitted.height = height;
   } else if (camera.width != width || camera.height != height) {
+    const double shape = static_cast<double>(width) / height, calibrated_shape = 1.0 * camera.width / camera.height;
+    if (std::abs(std::log(shape / calibrated_shape)) > kSameShape) {
+      throw Error(ErrorCode::camera,
+                  fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}, another shape: they are "
+                              "cropped, not scaled; give a calibration of frames like these, or one as 'fx fy cx cy'",
+                              width, height, camera.width, camera.height));
+    }
     if (!rescale) {
       throw Error(ErrorCode::camera,
                   fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: pass --rescale-camera if "
