@@ -17,6 +17,14 @@ bool has_option(const CLI::App& command, const std::string& name) {
   return command.get_option_no_throw("--" + name) != nullptr || command.get_option_no_throw(name) != nullptr;
 }
 
+/// Editors on Windows put one before the first line.
+void skip_byte_order_mark(std::istream& input) {
+  for (const int byte : {0xef, 0xbb, 0xbf}) {
+    if (input.peek() != byte) return;
+    input.get();
+  }
+}
+
 /// CLI11 reads configuration files at the root only, where a subcommand's options need a section. Here options without
 /// a section go to the subcommand that runs, so that a file made for `track` need not say [track].
 class SubcommandConfig : public CLI::ConfigTOML {
@@ -30,6 +38,7 @@ class SubcommandConfig : public CLI::ConfigTOML {
       return std::any_of(commands.begin(), commands.end(),
                          [&name](const CLI::App* command) { return command->get_name() == name; });
     };
+    skip_byte_order_mark(input);
     std::vector<CLI::ConfigItem> all = CLI::ConfigTOML::from_config(input);
     if (subcommands.empty()) {
       return {};

@@ -8,6 +8,10 @@ namespace holdfast {
 namespace {
 
 void check_frame(int width, int height, const Camera& camera) {
+  if (width <= 0 || height <= 0) {
+    throw Error(ErrorCode::image, "the frame is empty (" + std::to_string(width) + "x" + std::to_string(height) +
+                                      "): was it read? is the recording at its end?");
+  }
   if (width != camera.width || height != camera.height) {
     throw Error(ErrorCode::image, "the frame is " + std::to_string(width) + "x" + std::to_string(height) +
                                       " pixels but the camera was calibrated for " + std::to_string(camera.width) +
@@ -15,6 +19,20 @@ void check_frame(int width, int height, const Camera& camera) {
                                       "; use the matching calibration, or rescale it (Camera::rescaled, "
                                       "--rescale-camera)");
   }
+}
+
+void check_format(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::bgr8:
+    case PixelFormat::rgb8:
+    case PixelFormat::rgba8:
+    case PixelFormat::grey8:
+    case PixelFormat::nv12:
+    case PixelFormat::yuyv:
+      return;
+  }
+  throw Error(ErrorCode::image,
+              "the frame's format, " + std::to_string(static_cast<int>(format)) + ", is none of PixelFormat's");
 }
 
 void check_pairs(PixelFormat format, int width, int height) {
@@ -61,6 +79,7 @@ Rect DeviceImage::region(const Rect& wanted) const {
 
 void DeviceImage::check(const ImageView& frame) const {
   check_frame(frame.width, frame.height, camera_);
+  check_format(frame.format);
   check_pairs(frame.format, frame.width, frame.height);
   if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
   checked_stride(frame.stride_bytes, frame.format, frame.width);
@@ -68,6 +87,7 @@ void DeviceImage::check(const ImageView& frame) const {
 
 void DeviceImage::check(const DeviceImageView& frame) const {
   check_frame(frame.width, frame.height, camera_);
+  check_format(frame.format);
   check_pairs(frame.format, frame.width, frame.height);
   if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
   const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);

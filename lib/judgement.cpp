@@ -28,10 +28,14 @@ constexpr double kOrdinaryShare = 0.8;
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
+/// More blur than this leaves nothing to be seen: the motion it is told from is wrong.
+constexpr double kBeyondBlur = 100;
 /// Standard deviation of a turn that nothing shows, radians, that is worth a word.
 constexpr double kOpenTurn = 0.2;
 /// Share of the usual texture that may be hidden without a word.
 constexpr double kMuchHidden = 0.4;
+/// Share of the texture that agrees below which that is said, whatever is usual: a wrong first pose may fit so.
+constexpr double kLittleAgrees = 0.3;
 /// Factor by which the light changes within a few frames that is worth a word.
 constexpr double kOtherLight = 1.4;
 /// Worth starting from in the next frame, though not to be believed yet: a share of the gradient pixels; or few that
@@ -108,7 +112,7 @@ double hidden_share(const Estimate& estimate, double usual_share) {
 
 /// Why little of a visible object agrees with the frame.
 std::string why_little_agrees(const Estimate& estimate, const Circumstances& circumstances) {
-  if (circumstances.blur_pixels > kStrongBlur) {
+  if (circumstances.blur_pixels > kStrongBlur && circumstances.blur_pixels < kBeyondBlur) {
     return "blurred by " + std::to_string(std::lround(circumstances.blur_pixels)) + " pixels";
   }
   if (circumstances.predicted_pixels > kFastMotion) return "occluded, or motion too fast";
@@ -138,6 +142,10 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Cir
     if (estimate.hides && estimate.turn_deviation() > kOpenTurn) return {Status::held, why_open(estimate)};
     if (circumstances.gain > kOtherLight || circumstances.gain < 1 / kOtherLight)
       return {Status::held, "light changed"};
+    if (options.mode != Mode::paper && estimate.used_share() < kLittleAgrees) {
+      return {Status::held,
+              "only " + percent(estimate.used_share()) + " of the texture agrees: hidden, or not this pose"};
+    }
     if (circumstances.misfit) return {Status::held, why_it_misfits(*circumstances.misfit)};
     return {Status::held, ""};
   }

@@ -113,6 +113,10 @@ void Mesh::validate() const {
   }
   for (std::size_t i = 0; i < materials.size(); ++i) {
     validate_texture(materials[i].texture, i);
+    if (!materials[i].texture.empty() && texture_coordinates.empty()) {
+      fail("material " + std::to_string(i) +
+           " has a texture, but the mesh has no texture coordinates; give one a vertex");
+    }
   }
   if (!(radius() > 0)) {
     fail("the mesh has no extent (all vertices in one point); check its unit and its export");

@@ -12,6 +12,8 @@ void check(bool good, const char* field, const char* range) {
   if (!good) throw Error(ErrorCode::invalid_argument, std::string("option ") + field + " must be " + range);
 }
 
+bool at_least(double value, double least) { return value >= least && std::isfinite(value); }
+
 }  // namespace
 
 TrackerOptions TrackerOptions::paper() {
@@ -68,10 +70,11 @@ TrackerOptions TrackerOptions::fast() {
 }
 
 void TrackerOptions::validate() const {
-  check(occlusion.gradient_minimum >= 0, "gradient_minimum", "0 or more");
+  check(mode == Mode::standard || mode == Mode::fast || mode == Mode::paper, "mode", "one of Mode");
+  check(at_least(occlusion.gradient_minimum, 0), "gradient_minimum", "0 or more");
   check(occlusion.angle_maximum > 0 && occlusion.angle_maximum <= 1.5708, "angle_maximum", "in (0, pi/2] radians");
-  check(occlusion.difference_maximum >= 0, "difference_maximum", "0 or more");
-  check(occlusion.difference_relative >= 0, "difference_relative", "0 or more");
+  check(at_least(occlusion.difference_maximum, 0), "difference_maximum", "0 or more");
+  check(at_least(occlusion.difference_relative, 0), "difference_relative", "0 or more");
   check(occlusion.vote_share >= 0 && occlusion.vote_share <= 1, "vote_share", "in [0, 1]");
   check(redundancy_cosine > 0 && redundancy_cosine <= 1, "redundancy_cosine", "in (0, 1]");
   check(blur_sigma >= 0 && blur_sigma <= 2.6, "blur_sigma", "in [0, 2.6] pixels");

@@ -135,6 +135,12 @@ TEST_CASE("save_camera writes what load_camera and OpenCV read back") {
   }
   CHECK_ERROR(io::save_camera(folder / "c.txt", camera), ErrorCode::invalid_argument, "c.txt", ".yml");
   CHECK_ERROR(io::save_camera(folder / "no/such/c.yml", camera), ErrorCode::output, "cannot be written");
+  Camera unknown = camera;
+  unknown.cx = std::nan("");
+  CHECK_ERROR(io::save_camera(folder / "unknown.yml", unknown), ErrorCode::camera, "unknown.yml", "NaN");
+  Pose nowhere = Pose::Identity();
+  nowhere.translation().x() = std::nan("");
+  CHECK_ERROR(io::save_pose(folder / "nowhere.txt", nowhere), ErrorCode::pose, "nowhere.txt", "NaN");
 }
 
 TEST_CASE("The camera for frames of a size") {

@@ -245,7 +245,7 @@ TEST_CASE("Options that would do nothing are refused") {
 }
 
 TEST_CASE("Configuration files") {
-  write("good.toml", "stop = 2\nposes = \"config.csv\"\n[bake]\nnothing = 1\n[track]\nmode = \"paper\"\n");
+  write("good.toml", "\xef\xbb\xbfstop = 2\nposes = \"config.csv\"\n[bake]\nnothing = 1\n[track]\nmode = \"paper\"\n");
   const ProgramRun run = inputs().run(track({{"--config", "good.toml"}}));
   CAPTURE(run.err);
   CHECK(run.exit_code == kOk);

@@ -171,17 +171,22 @@ TEST_CASE("Two runs track to the same poses and figures, to the last digit") {
   REQUIRE(compared.exit_code == app::kOk);
   CHECK(summary_of("compared.json")["add"]["below_10_percent"] == 1);
 
-  const auto judged = [&](const std::string& table) {
+  const auto judged = [&](const std::string& folder, const std::string& table) {
     const ProgramRun run =
-        simulated().run({"evaluate", "sequence", "--protocol", "starts", "--starts", "3", "--start-frames", "2",
-                         "--csv", table, "--quiet"});  // the model is the folder's own
+        simulated().run({"evaluate", folder, "--protocol", "starts", "--starts", "3", "--start-frames", "2", "--csv",
+                         table, "--quiet"});  // the model is the folder's own
     CAPTURE(run.err);
     REQUIRE(run.exit_code == app::kOk);
     return estimates(table);
   };
-  const std::vector<std::string> starts = judged("starts.csv");
+  const std::vector<std::string> starts = judged("sequence", "starts.csv");
   CHECK(starts.size() == 4);
-  CHECK(starts == judged("starts-again.csv"));
+  CHECK(starts == judged("sequence", "starts-again.csv"));
+  // A calibration beside K.txt counts: K.txt has no room for a lens.
+  const fs::path spoilt = simulated().copy("spoilt");
+  io::save_camera(spoilt / "camera.yml", io::camera_for_frames(io::load_camera(spoilt / "K.txt"), 320, 240, false));
+  std::ofstream(spoilt / "K.txt") << "100 100 10 10\n";
+  CHECK(starts == judged("spoilt", "starts-spoilt.csv"));
 }
 
 TEST_CASE("A BOP scene is the sequence that it was made of, its model found below the data set") {

@@ -267,6 +267,16 @@ TEST_CASE("the memory of a video's frame handed back is used again") {
   }
 }
 
+TEST_CASE("a stream of JPEGs is a video, though it begins as a picture does") {
+  const TemporaryFolder folder;
+  write_video(folder / "v.mjpeg", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 5, 25);
+  FrameSource source((folder / "v.mjpeg").string(), {});
+  Frame frame;
+  int frames = 0;
+  while (source.next(frame)) ++frames;
+  CHECK(frames == 5);
+}
+
 TEST_CASE("inputs that cannot be opened say why") {
   const TemporaryFolder folder;
   const auto error = [](const fs::path& input, const FrameSourceOptions& options = {}) {

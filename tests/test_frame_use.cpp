@@ -84,7 +84,8 @@ TEST_CASE("a frame that is refused leaves no trace") {
   const Camera& camera = sequence().camera();
   const cv::Mat narrow(camera.height, camera.width - 1, CV_8UC3, cv::Scalar::all(90));
   const ImageView good = view_of(frames()[0]);
-  ImageView nothing = good, short_rows = good;
+  ImageView nothing = good, short_rows = good, foreign = good;
+  foreign.format = static_cast<PixelFormat>(77);
   nothing.data = nullptr;
   short_rows.stride_bytes = 100;
   Pose T_far = sequence().pose(0);
@@ -93,7 +94,7 @@ TEST_CASE("a frame that is refused leaves no trace") {
     CAPTURE(name);
     Pair trackers(mesh);
     for (const cv::Mat& frame : frames()) {
-      for (const ImageView& refused : {view_of(narrow), nothing, short_rows}) {
+      for (const ImageView& refused : {view_of(narrow), nothing, short_rows, foreign, ImageView{}}) {
         CHECK(error_of([&] { trackers.one.track(refused); }).code == ErrorCode::image);
         CHECK(error_of([&] { trackers.one.refine(refused, T_far); }).code == ErrorCode::image);
       }

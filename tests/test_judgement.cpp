@@ -52,6 +52,15 @@ TEST_CASE("held: without a word when all is well, with one when it is hard") {
   Circumstances fast = usual();
   fast.blur_pixels = 12;
   CHECK(judge(estimate, {}, fast).reason == "blurred by 12 pixels");
+  fast.blur_pixels = 400;  // then nothing could be seen
+  CHECK(judge(estimate, {}, fast).reason == "occluded 70 %");
+
+  // Wrong from the first pose on: little is all that is usual.
+  Circumstances little = usual();
+  little.usual_share = 0.13;
+  estimate.sums.used = 600;
+  CHECK(judge(estimate, {}, little).status == Status::held);
+  CHECK(judge(estimate, {}, little).reason == "only 12 % of the texture agrees: hidden, or not this pose");
 }
 
 TEST_CASE("lost: the reason in words") {

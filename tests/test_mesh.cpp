@@ -114,6 +114,7 @@ TEST_CASE("A mesh that cannot be used is an error that says why") {
         mesh.texture_coordinates[3].x() = std::numeric_limits<float>::quiet_NaN();
       },
       "vertex 3");
+  says([](Mesh& mesh) { mesh.materials = {{"printed", random_texture(4, 4, true)}}; }, "no texture coordinates");
   says([](Mesh& mesh) { mesh.colors.resize(5); }, "5 vertex colours for 4");
   says([](Mesh& mesh) { mesh.triangle_materials.assign(3, 0); }, "3 material indices for 4");
   says([](Mesh& mesh) { mesh.triangle_materials = {0, 0, 1, 0}; }, "triangle 2 refers to material 1");

@@ -392,6 +392,10 @@ TEST_CASE("The unit check names the likely unit") {
     CHECK(warning(plausible).empty());
   }
 
+  Mesh away = box(0.15F);
+  for (Eigen::Vector3f& position : away.positions) position.x() += 1e5F;
+  CHECK(io::unit_warning(away, {}, {}).value_or("").find("move it to its origin") != std::string::npos);
+
   Camera camera{640, 480, 650, 650, 319.5, 239.5, {}};
   const auto at = [&](float size, double distance) {
     Pose pose = Pose::Identity();

@@ -211,8 +211,24 @@ TEST_CASE("signals are remembered while somebody listens") {
     std::raise(SIGTERM);
     CHECK(interruption.requested());
   }
-  const Interruption again;
-  CHECK_FALSE(again.requested());
-  std::raise(SIGINT);
-  CHECK(again.requested());
+  {
+    const Interruption again;
+    CHECK_FALSE(again.requested());
+    std::raise(SIGINT);
+    CHECK(again.requested());
+  }
+  {
+    const Interruption hung_up;
+    std::raise(SIGPIPE);  // an error of whoever writes
+    CHECK_FALSE(hung_up.requested());
+    std::raise(SIGHUP);
+    CHECK(hung_up.requested());
+  }
+  const auto previous = std::signal(SIGHUP, SIG_IGN);  // nohup
+  {
+    const Interruption left_running;
+    std::raise(SIGHUP);
+    CHECK_FALSE(left_running.requested());
+  }
+  std::signal(SIGHUP, previous);
 }

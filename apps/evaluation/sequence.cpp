@@ -83,7 +83,8 @@ std::vector<double> load_shares(const fs::path& path) {
 }
 
 fs::path camera_file(const fs::path& folder) {
-  static constexpr std::array names = {"K.txt", "camera.yml", "camera.yaml", "camera.json", "camera.xml"};
+  // K.txt has no room for a lens: beside a calibration it says less.
+  static constexpr std::array names = {"camera.yml", "camera.yaml", "camera.json", "camera.xml", "K.txt"};
   for (const char* name : names) {
     if (fs::exists(folder / name)) {
       return folder / name;

@@ -4,8 +4,8 @@
 
 namespace holdfast::app {
 
-/// While one lives, Ctrl-C (SIGINT) and SIGTERM ask for an orderly end instead of killing the program; a second signal
-/// kills it. One at a time.
+/// While one lives, Ctrl-C (SIGINT), SIGTERM and SIGHUP ask for an orderly end instead of killing the program; a second
+/// signal kills it. A pipe that nobody reads any more is an error of its writer. One at a time.
 class Interruption {
  public:
   Interruption();
@@ -18,6 +18,8 @@ class Interruption {
  private:
   struct sigaction previous_int_ {};
   struct sigaction previous_term_ {};
+  struct sigaction previous_hup_ {};
+  struct sigaction previous_pipe_ {};
 };
 
 }  // namespace holdfast::app

@@ -116,12 +116,17 @@ std::vector<ListedImage> images_of_printf(const std::string& pattern, const std:
   return images;
 }
 
-}  // namespace
-
-bool is_image_name(const fs::path& path) {
+std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+bool is_image_name(const fs::path& path) {
+  const std::string extension = lower_extension(path);
   return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) != kImageExtensions.end();
 }
 
@@ -163,7 +168,9 @@ std::optional<std::vector<ListedImage>> list_images(const std::string& input) {
     return images_of_folder(input);
   }
   if (fs::exists(input, failed)) {
-    if (is_image_name(input) || cv::haveImageReader(input)) {
+    const std::string extension = lower_extension(input);
+    const bool stream = extension == ".mjpeg" || extension == ".mjpg";  // begins as a picture does
+    if (is_image_name(input) || (!stream && cv::haveImageReader(input))) {
       return std::vector<ListedImage>{{input, 0}};
     }
     return std::nullopt;

@@ -16,8 +16,11 @@ enum class PixelFormat {
   rgb8,   ///< 3 bytes a pixel
   rgba8,  ///< 4 bytes a pixel, alpha ignored
   grey8,  ///< 1 byte a pixel
-  nv12,   ///< a full plane of Y, then a half-size plane of interleaved U, V (BT.601, limited range)
-  yuyv,   ///< 2 bytes a pixel: Y0 U Y1 V (BT.601, limited range)
+  /// A full plane of Y, then, `height` strides on and with the same stride, a half-size plane of interleaved U, V
+  /// (BT.601, limited range; each pair the mean of its 2x2 pixels. Pairs taken at the left two of them, as most video
+  /// has them, shift colour by half a pixel and the pose with it, by more than its covariance says).
+  nv12,
+  yuyv,  ///< 2 bytes a pixel: Y0 U Y1 V (BT.601, limited range)
 };
 
 /// A frame in host memory; not owned, read only during the call it is passed to.

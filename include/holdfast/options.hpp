@@ -21,6 +21,8 @@ struct OcclusionOptions {
   bool vote_relative = false;          ///< the share is one of what passes where nothing is in front
 };
 
+/// Which tracker the options describe. Of itself it sets none of them: take TrackerOptions(), fast(), paper() or
+/// published() and change from there.
 enum class Mode {
   standard,  ///< "default": iterated, robust, coarse to fine, photometric compensation
   fast,      ///< as standard, with options that cost accuracy and save time
@@ -73,7 +75,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   /// The same without what steadies it: the paper's tracker as published (de Ruiter and Benhabib, 2008).
   static TrackerOptions published();
 
-  /// Default mode for about a quarter of its time (docs/performance.md), one to eight times its median error (README).
+  /// Default mode for a tenth to half of its time (docs/performance.md), one to eight times its median error (README).
   static TrackerOptions fast();
 
   /// Throws Error(invalid_argument) naming the field that is out of range.

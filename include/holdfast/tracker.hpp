@@ -8,6 +8,7 @@
 
 #include "holdfast/camera.hpp"
 #include "holdfast/device.hpp"
+#include "holdfast/error.hpp"
 #include "holdfast/export.hpp"
 #include "holdfast/image_view.hpp"
 #include "holdfast/mesh.hpp"
@@ -46,7 +47,7 @@ struct FrameResult {
   double correlation = 0;   ///< normalised correlation of rendered view and frame over the used pixels, [-1, 1]
   int iterations = 0;       ///< solved systems, all levels
   /// Information (inverse covariance) of the twist xi = (v, w) in T_true = exp(xi) T_camera_object: camera axes, metres
-  /// and radians, rotation about the camera's origin (equation 12 in docs/math.md).
+  /// and radians, rotation about the camera's origin (equation 12 in docs/math.md). Zero where nothing tells the pose.
   Matrix6 information = Matrix6::Zero();
   StageTimes ms;
 };
@@ -80,10 +81,11 @@ struct RenderedView {
 
 /// Follows one object of known shape, by its texture or, where the first pose shows next to none, by its outline,
 /// through the frames of one camera (DESIGN of the loop: docs/architecture.md). Not thread-safe; several trackers may
-/// run in several threads.
+/// run in several threads. One that was moved from may only be assigned to or destroyed.
 class HOLDFAST_EXPORT Tracker {
  public:
-  /// Builds kernels, renders once and allocates all that frames will need.
+  /// Builds kernels, renders once and allocates all that frames will need. Where kernels are not in the driver's cache
+  /// yet it compiles them, some of them when frames first need them: half a minute, once on a machine.
   /// Throws Error(model, camera, invalid_argument, device, renderer).
   Tracker(const Mesh& mesh, const Camera& camera, const TrackerOptions& options = {}, const Device& device = Device());
   ~Tracker();
@@ -91,16 +93,17 @@ class HOLDFAST_EXPORT Tracker {
   Tracker& operator=(Tracker&&) noexcept;
 
   /// Sets the pose that the next frame starts from, at rest; forgets velocity and photometric state.
-  /// Throws Error(pose) when it is no rigid motion or puts the object behind the camera or out of view.
+  /// Throws Error(pose) when it is no rigid motion (to 1e-3) or puts the object behind the camera or out of view.
   void reset(const Pose& T_camera_object);
 
-  /// Finds the object in the next frame. Throws Error(image) when the frame's size is not the camera's, and
-  /// Error(invalid_argument) before the first reset().
+  /// Finds the object in the next frame. Throws Error(image) when the frame is empty, not of the camera's size, has no
+  /// data, rows longer than its stride, an odd size (nv12, yuyv) or a buffer that is too small or of another context,
+  /// and Error(invalid_argument) before the first reset().
   FrameResult track(const ImageView& frame);
   FrameResult track(const DeviceImageView& frame);
 
   /// As track(), without prediction, search or moving on: refines the pose given on this frame. What track() finds
-  /// next is what it would have found anyway.
+  /// next is what it would have found anyway. Throws as track() and, for a pose that is no rigid motion, Error(pose).
   FrameResult refine(const ImageView& frame, const Pose& T_camera_object);
 
   /// The per-pixel decision of the last frame, at its last iteration on the finest level.
@@ -108,7 +111,9 @@ class HOLDFAST_EXPORT Tracker {
   /// The rendered view of the last frame.
   RenderedView rendered_view() const;
 
-  /// Replaces a material's texture from the next frame on (for a model that is completed while tracking).
+  /// Replaces a material's texture from the next frame on (for a model that is completed while tracking). Throws
+  /// Error(invalid_argument) for a material that the model has not, a model without texture coordinates, or a texture
+  /// whose bytes are not its size's.
   void set_texture(std::size_t material, const Texture& texture);
 
   const Camera& camera() const;

@@ -26,6 +26,14 @@ constexpr double kSameShape = 0.02;
   throw Error(ErrorCode::camera, fmt::format("camera file '{}': {}", path.string(), reason));
 }
 
+void require_finite(const Camera& camera, const fs::path& path) {
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (!finite(camera.fx) || !finite(camera.fy) || !finite(camera.cx) || !finite(camera.cy) ||
+      !std::all_of(camera.distortion.begin(), camera.distortion.end(), finite)) {
+    fail(path, "not written, because a parameter is NaN or infinite");
+  }
+}
+
 /// cameraMatrix, camera_matrix, Camera_Matrix: all the same.
 std::string plain_name(const std::string& name) {
   std::string plain;
@@ -222,6 +230,7 @@ void save_camera(const fs::path& path, const Camera& camera) {
                             ".xml",
                             path.string()));
   }
+  require_finite(camera, path);
   cv::FileStorage storage(extension, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Mat distortion(1, static_cast<int>(camera.distortion.size()), CV_64F);

@@ -131,6 +131,10 @@ std::vector<TimedPose> load_timed_poses(const fs::path& path) {
 }
 
 void save_pose(const fs::path& path, const Pose& T_camera_object) {
+  if (!T_camera_object.matrix().allFinite()) {
+    throw Error(ErrorCode::pose,
+                fmt::format("pose file '{}' is not written: the pose has NaN or infinite entries", path.string()));
+  }
   std::string text = "# T_camera_object: object frame to camera frame (x right, y down, z forward), metres\n";
   for (int row = 0; row < 4; ++row) {
     const auto values = T_camera_object.matrix().row(row);

@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kSmallest = 1e-3;  // metres
 constexpr double kLargest = 10;     // metres
+/// Distances from its origin, in sizes, at which a model is told by single precision to a thousandth of its size.
+constexpr double kFarthestOrigin = 1e4;
 /// Objects worth tracking are about as long as a hand to an arm; of several possible units the likely one is that which
 /// brings the size nearest to this.
 constexpr double kTypical = 0.2;  // metres
@@ -69,6 +71,14 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
         "the object is {:.3g} mm across: was it in metres already when a scale was applied, or are its coordinates "
         "kilometres? multiply --model-scale by 1000",
         size * 1e3);
+  }
+  const double away = mesh.center().cast<double>().norm();
+  if (away > kFarthestOrigin * size) {
+    return fmt::format(
+        "the model lies {:.3g} m from its origin, {:.0e} times its size: so far away its coordinates are coarse "
+        "numbers; "
+        "move it to its origin",
+        away, away / size);
   }
   if (!T_camera_object || !camera) {
     return std::nullopt;
