@@ -43,8 +43,8 @@ HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const 
 /// width and height stay 0. Throws Error(file) or Error(camera).
 HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 
-/// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output), and
-/// Error(invalid_argument) for another extension.
+/// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output),
+/// Error(invalid_argument) for another extension, and Error(camera) for a camera that could not be loaded again.
 HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera& camera);
 
 /// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
@@ -67,7 +67,7 @@ struct TimedPose {
 /// The same, with the times that stand in it.
 HOLDFAST_EXPORT std::vector<TimedPose> load_timed_poses(const std::filesystem::path& path);
 
-/// Writes a 4x4 matrix as text. Throws Error(output).
+/// Writes a 4x4 matrix as text. Throws Error(output), and Error(pose) when it is not finite.
 HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 
 /// An image file as RGBA; throws Error(file).

@@ -26,14 +26,6 @@ constexpr double kSameShape = 0.02;
   throw Error(ErrorCode::camera, fmt::format("camera file '{}': {}", path.string(), reason));
 }
 
-void require_finite(const Camera& camera, const fs::path& path) {
-  const auto finite = [](double value) { return std::isfinite(value); };
-  if (!finite(camera.fx) || !finite(camera.fy) || !finite(camera.cx) || !finite(camera.cy) ||
-      !std::all_of(camera.distortion.begin(), camera.distortion.end(), finite)) {
-    fail(path, "not written, because a parameter is NaN or infinite");
-  }
-}
-
 /// cameraMatrix, camera_matrix, Camera_Matrix: all the same.
 std::string plain_name(const std::string& name) {
   std::string plain;
@@ -204,13 +196,7 @@ Camera camera_from_numbers(const std::vector<NumberLine>& lines, const fs::path&
   return camera;
 }
 
-}  // namespace
-
-Camera load_camera(const fs::path& path) {
-  const std::string text = read_text_file(path, "camera file");
-  const auto lines = parse_numbers(text);
-  const Camera camera =
-      lines ? camera_from_numbers(*lines, path) : camera_from_document(parse_calibration(text, path), path);
+void require_usable(const Camera& camera, const fs::path& path) {
   Camera sized = camera;  // text has no size, which validate() would not let pass
   sized.width = std::max(1, camera.width);
   sized.height = std::max(1, camera.height);
@@ -219,6 +205,16 @@ Camera load_camera(const fs::path& path) {
   } catch (const Error& error) {
     fail(path, error.what());
   }
+}
+
+}  // namespace
+
+Camera load_camera(const fs::path& path) {
+  const std::string text = read_text_file(path, "camera file");
+  const auto lines = parse_numbers(text);
+  const Camera camera =
+      lines ? camera_from_numbers(*lines, path) : camera_from_document(parse_calibration(text, path), path);
+  require_usable(camera, path);
   return camera;
 }
 
@@ -230,7 +226,7 @@ void save_camera(const fs::path& path, const Camera& camera) {
                             ".xml",
                             path.string()));
   }
-  require_finite(camera, path);
+  require_usable(camera, path);
   cv::FileStorage storage(extension, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   cv::Mat distortion(1, static_cast<int>(camera.distortion.size()), CV_64F);

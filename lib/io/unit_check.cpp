@@ -72,12 +72,11 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
         "kilometres? multiply --model-scale by 1000",
         size * 1e3);
   }
-  const double away = mesh.center().cast<double>().norm();
+  const double away = mesh.center().norm();
   if (away > kFarthestOrigin * size) {
     return fmt::format(
         "the model lies {:.3g} m from its origin, {:.0e} times its size: so far away its coordinates are coarse "
-        "numbers; "
-        "move it to its origin",
+        "numbers; move it to its origin",
         away, away / size);
   }
   if (!T_camera_object || !camera) {
