@@ -57,7 +57,7 @@ void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& til
 }
 
 Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
-                         const Matrix6& A, double lens_variance) {
+                         const Matrix6& A, double lens_variance, std::vector<TileEquations>& strip) {
   const int rows = static_cast<int>(tiles.size()) / columns;
   const Matrix6 all = (1 + kAlone) * A;
   Matrix6 blocks = Matrix6::Zero();
@@ -68,25 +68,29 @@ Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, cons
     informative_tiles += tile.informative;
   }
   const int side = std::max(kLeastSide, static_cast<int>(std::lround(std::sqrt(informative_tiles / kBlocks))));
+  const auto add = [](const TileEquations& tile, TileEquations& sum) {
+    if (!tile.informative) return;
+    sum.informative = true;
+    sum.A += tile.A;
+    sum.h += tile.h;
+  };
   // Every block, one overlapping the next: what neighbours have in common adds up in it.
   for (int row = 1 - side; row < rows; ++row) {
-    for (int column = 1 - side; column < columns; ++column) {
-      Matrix6 block_A = Matrix6::Zero();
-      Twist block_h = Twist::Zero();
-      bool informative = false;
-      for (int y = std::max(0, row); y < std::min(rows, row + side); ++y) {
-        for (int x = std::max(0, column); x < std::min(columns, column + side); ++x) {
-          const TileEquations& tile = tiles[static_cast<std::size_t>(y * columns + x)];
-          if (!tile.informative) continue;
-          informative = true;
-          block_A += tile.A;
-          block_h += tile.h;
-        }
+    strip.assign(static_cast<std::size_t>(columns), {});  // the blocks' rows, summed column by column
+    for (int y = std::max(0, row); y < std::min(rows, row + side); ++y) {
+      for (int x = 0; x < columns; ++x) {
+        add(tiles[static_cast<std::size_t>(y * columns + x)], strip[static_cast<std::size_t>(x)]);
       }
-      if (!informative) continue;
-      Twist score = block_h - block_A * conditioned_step;
+    }
+    for (int column = 1 - side; column < columns; ++column) {
+      TileEquations block;
+      for (int x = std::max(0, column); x < std::min(columns, column + side); ++x) {
+        add(strip[static_cast<std::size_t>(x)], block);
+      }
+      if (!block.informative) continue;
+      Twist score = block.h - block.A * conditioned_step;
       // The block helped to find the solution that it is compared with; this would be its score without it.
-      const Eigen::LLT<Matrix6> others(all - block_A);
+      const Eigen::LLT<Matrix6> others(all - block.A);
       if (others.info() == Eigen::Success) score = all * others.solve(score);
       blocks += score * score.transpose();
     }

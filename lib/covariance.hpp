@@ -25,8 +25,9 @@ void tile_equations(std::span<const float> tile_sums, const kernel::hf_rect& til
 /// not independent: neighbours share the blur, and errors of model, texture and sampling are alike over many pixels. So
 /// it comes from blocks of tiles, each by how far the others alone would miss it. `A` is all tiles' and the prior's.
 /// `lens_variance`: that the view was drawn with, square pixels; the more, the less sure is how light was averaged.
+/// `strip` is working memory.
 Matrix6 score_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
-                         const Matrix6& A, double lens_variance = 0);
+                         const Matrix6& A, double lens_variance, std::vector<TileEquations>& strip);
 
 /// By how much less the scores change with the pose than A says: rows that fit worse also weigh less. 1 where weights
 /// do not depend on residuals, (freedom + 1) / (freedom + 3) with Student's weights on a scale that fits.

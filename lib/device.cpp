@@ -183,6 +183,8 @@ cl::Buffer Device::Impl::zeroed_buffer(std::size_t bytes) const {
   return buffer;
 }
 
+HostMemory Device::Impl::host_memory(std::size_t bytes) const { return {context, queue, bytes, info.type != "cpu"}; }
+
 void Device::Impl::enqueue_rows(const cl::Kernel& kernel, int width, int height) const {
   if (width <= 0 || height <= 0) return;
   if (strips) {

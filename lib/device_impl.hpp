@@ -6,6 +6,7 @@
 
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
+#include "host_memory.hpp"
 #include "opencl.hpp"
 
 namespace holdfast {
@@ -22,6 +23,9 @@ struct Device::Impl {
 
   /// A zeroed buffer. Allocation counts as construction: never called in the per-frame path.
   cl::Buffer zeroed_buffer(std::size_t bytes) const;
+
+  /// For copies to and from this device; as zeroed_buffer().
+  HostMemory host_memory(std::size_t bytes) const;
 
   /// Enqueues an image kernel over `width` x `height` pixels: an item a row, or an item a pixel.
   void enqueue_rows(const cl::Kernel& kernel, int width, int height) const;

@@ -6,12 +6,11 @@
 namespace holdfast {
 
 FlowConstraints::FlowConstraints(const Device::Impl& device, const std::vector<Level>& levels)
-    : device_(device), levels_(levels) {
-  const std::size_t most_tiles =
-      static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y());
-  sums_ =
-      cl::Buffer(device.context, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, most_tiles * HF_SUM_STRIDE * sizeof(float));
-  partials_.resize(most_tiles * HF_SUM_STRIDE);
+    : device_(device),
+      levels_(levels),
+      most_tiles_(static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y())),
+      partials_(device.host_memory(most_tiles_ * HF_SUM_STRIDE * sizeof(float))) {
+  sums_ = cl::Buffer(device.context, CL_MEM_READ_WRITE, most_tiles_ * HF_SUM_STRIDE * sizeof(float));
   for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + kGuardFloats));
   kernel_ = device.kernel("flow_constraints");
 }
@@ -45,7 +44,7 @@ ConstraintSums FlowConstraints::read() {
   device_.queue.enqueueReadBuffer(sums_, CL_TRUE, 0, count * HF_SUM_STRIDE * sizeof(float), partials_.data());
   std::array<double, HF_SUM_MAIN> total{};
   for (std::size_t tile = 0; tile < count; ++tile) {
-    const float* partial = partials_.data() + tile * HF_SUM_STRIDE;
+    const float* partial = partials_.as<const float>() + tile * HF_SUM_STRIDE;
     if (partial[HF_SUM_VISIBLE] == 0.0f) continue;
     for (std::size_t i = 0; i < total.size(); ++i) total[i] += static_cast<double>(partial[i]);
   }
@@ -70,7 +69,7 @@ double FlowConstraints::passing_share() const {
   double counting = 0;
   const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
   for (std::size_t i = 0; i < count; ++i) {
-    const float* sums = partials_.data() + i * HF_SUM_STRIDE;
+    const float* sums = partials_.as<const float>() + i * HF_SUM_STRIDE;
     const double here = sums[HF_SUM_GRADIENT];
     if (here <= 0) continue;
     const double share = std::min(1.0, sums[HF_SUM_PASSED] / here);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "holdfast/pose.hpp"
@@ -39,7 +40,7 @@ class FlowConstraints {
   double passing_share() const;
 
   /// HF_SUM_STRIDE floats a tile of `tiles()`, row by row, of the last read().
-  const std::vector<float>& tile_sums() const { return partials_; }
+  std::span<const float> tile_sums() const { return {partials_.as<const float>(), most_tiles_ * HF_SUM_STRIDE}; }
   const kernel::hf_rect& tiles() const { return tiles_; }
   /// A byte a pixel, values of PixelClass.
   const cl::Buffer& classes(int level) const { return classes_[static_cast<std::size_t>(level)]; }
@@ -49,7 +50,8 @@ class FlowConstraints {
   const std::vector<Level>& levels_;
   cl::Buffer sums_;
   std::vector<cl::Buffer> classes_;
-  std::vector<float> partials_;
+  std::size_t most_tiles_;
+  HostMemory partials_;
   kernel::hf_rect tiles_{};
   cl::Kernel kernel_;
 };

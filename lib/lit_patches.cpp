@@ -17,21 +17,21 @@ constexpr int kReach = 3;
 /// Every how manieth row and column of a region to look at.
 int step_in(double pixels) { return std::max(1, static_cast<int>(std::ceil(std::sqrt(pixels / kMostPixels)))); }
 
+/// In the rows that are read of any region of a level: step_in() times as few as the region has, or, rounded to rows
+/// that have samples, 2/3 of that.
+std::size_t most_pixels(const Level& level) {
+  const double width = level.tiles_x() * HF_TILE, rows = level.tiles_y() * HF_TILE;
+  return static_cast<std::size_t>(1.5 * std::sqrt(kMostPixels * width * rows) + 2 * width);
+}
+
 }  // namespace
 
 LitPatches::LitPatches(const Device::Impl& device, const std::vector<Level>& levels)
-    : device_(device), levels_(levels) {
-  // Nearly all the pixels of every n-th row of a level.
-  const auto width = static_cast<std::size_t>(levels[0].tiles_x() * HF_TILE);
-  const int rows = levels[0].tiles_y() * HF_TILE;
-  const auto most = static_cast<std::size_t>(rows / step_in(static_cast<double>(width) * rows) + 1) * width;
-  for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    view_[c].reserve(most);
-    dx_[c].reserve(most);
-    dy_[c].reserve(most);
-    frame_[c].reserve(most);
-  }
-  classes_.reserve(most);
+    : device_(device),
+      levels_(levels),
+      most_(most_pixels(levels[0])),
+      planes_(device.host_memory(4 * HF_CHANNELS * most_ * sizeof(float))),
+      classes_(device.host_memory(most_)) {
   patches_.reserve(static_cast<std::size_t>(kMostPixels));
 }
 
@@ -54,28 +54,30 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
   const auto rows = static_cast<std::size_t>((end_y - first_y + step_y - 1) / step_y);
   const auto pitch = static_cast<std::size_t>(step_y) * static_cast<std::size_t>(level.layout.stride);
   const auto first = static_cast<std::size_t>(level.layout.origin + first_y * level.layout.stride + first_x);
-  const auto read = [&](const cl::Buffer& buffer, std::size_t plane, auto& to, cl_bool wait) {
-    const std::size_t size = sizeof(to[0]), start = plane * level.elements + first;
-    to.resize(width * rows);
+  const auto read = [&](const cl::Buffer& buffer, std::size_t plane, auto* to, cl_bool wait) {
+    const std::size_t size = sizeof(*to), start = plane * level.elements + first;
     device_.queue.enqueueReadBufferRect(buffer, wait, {start % pitch * size, start / pitch, 0}, {0, 0, 0},
-                                        {width * size, rows, 1}, pitch * size, 0, width * size, 0, to.data());
+                                        {width * size, rows, 1}, pitch * size, 0, width * size, 0, to);
+    return to;
   };
-  for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    read(planes.value, c, view_[c], CL_FALSE);
-    read(planes.dx, c, dx_[c], CL_FALSE);
-    read(planes.dy, c, dy_[c], CL_FALSE);
-    read(samples.samples(), c, frame_[c], CL_FALSE);
+  std::array<const float*, HF_CHANNELS> view_value, view_dx, view_dy, frame_value;
+  auto* plane = planes_.as<float>();
+  for (std::size_t c = 0; c < HF_CHANNELS; ++c, plane += 4 * most_) {
+    view_value[c] = read(planes.value, c, plane, CL_FALSE);
+    view_dx[c] = read(planes.dx, c, plane + most_, CL_FALSE);
+    view_dy[c] = read(planes.dy, c, plane + 2 * most_, CL_FALSE);
+    frame_value[c] = read(samples.samples(), c, plane + 3 * most_, CL_FALSE);
   }
-  read(samples.classes(level_index), 0, classes_, CL_TRUE);
+  const auto* classes = read(samples.classes(level_index), 0, classes_.as<std::uint8_t>(), CL_TRUE);
 
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < width; column += static_cast<std::size_t>(step)) {
       const std::size_t i = row * width + column;
-      if ((classes_[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
+      if ((classes[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
       double texture = 0, frame = 0;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        texture += photometry.gain(static_cast<int>(c)) * static_cast<double>(view_[c][i]);
-        frame += static_cast<double>(frame_[c][i]);
+        texture += photometry.gain(static_cast<int>(c)) * static_cast<double>(view_value[c][i]);
+        frame += static_cast<double>(frame_value[c][i]);
       }
       if (texture < kDarkest) continue;
       const int x = first_x + static_cast<int>(column), y = first_y + static_cast<int>(row) * step_y;
@@ -91,9 +93,9 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
       const double light_x = std::log(shading.of(*right) / shading.of(*left)) / (2 * kReach);
       const double light_y = std::log(shading.of(*down) / shading.of(*up)) / (2 * kReach);
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        const double value = static_cast<double>(view_[c][i]);
-        const double texture_x = static_cast<double>(dx_[c][i]) - (drawn ? value * light_x : 0);
-        const double texture_y = static_cast<double>(dy_[c][i]) - (drawn ? value * light_y : 0);
+        const double value = static_cast<double>(view_value[c][i]);
+        const double texture_x = static_cast<double>(view_dx[c][i]) - (drawn ? value * light_x : 0);
+        const double texture_y = static_cast<double>(view_dy[c][i]) - (drawn ? value * light_y : 0);
         texture_ += texture_x * texture_x + texture_y * texture_y;
         light_ += value * value * (light_x * light_x + light_y * light_y);
       }

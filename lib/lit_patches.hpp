@@ -30,8 +30,8 @@ class LitPatches {
  private:
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
-  std::array<std::vector<float>, HF_CHANNELS> view_, dx_, dy_, frame_;
-  std::vector<std::uint8_t> classes_;
+  std::size_t most_;  ///< pixels of a plane
+  HostMemory planes_, classes_;
   std::vector<LitPatch> patches_;
   double texture_ = 0, light_ = 0;
 };

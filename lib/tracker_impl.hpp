@@ -319,6 +319,7 @@ struct Tracker::Impl {
   int looked_at_every_ = 1;                    ///< row of pixels, in the last sums
   kernel::hf_constraints last_constraints_{};  ///< that those were made with
   std::vector<TileEquations> equations_;       ///< of the tiles, in the last estimate
+  std::vector<TileEquations> block_strip_;     ///< working memory of score_covariance()
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;

@@ -129,7 +129,7 @@ void Tracker::Impl::measure_spread(Estimate& estimate, const OutlineEstimate* ou
       options_.robust_weights ? robust_curvature(sums.weight / std::max(1.0, sums.rows), kFreedom) : 1;
   const auto covariance = [&] {
     const Matrix6 S = score_covariance(equations_, constraints_.tiles().width, estimate.last_step, A + prior.weight,
-                                       look_.optics.lens_variance);
+                                       look_.optics.lens_variance, block_strip_);
     return Matrix6(pose_covariance(A, curvature, S, prior) + elsewhere);
   };
   estimate.covariance = estimate.texture_covariance = covariance();

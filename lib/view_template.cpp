@@ -25,7 +25,9 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
       filter_(filter),
       template_planes_(device, filter, levels[0]),
       renderer_(mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
-                options) {
+                options),
+      host_rgba_(device.host_memory(levels[0].elements * 4)),
+      host_depth_(device.host_memory(levels[0].elements * sizeof(float))) {
   for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
   for (const Level& level : levels) {
     const std::size_t plane = (level.elements + kGuardFloats) * sizeof(float);
@@ -42,8 +44,6 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const C
   before_motion_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
   rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, (largest + 2 * HF_RENDER_GUARD) * 4);
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
-  host_rgba_.resize(largest * 4);
-  host_depth_.resize(largest);
   unpack_ = device.kernel("unpack_view");
   unpack_coarse_color_ = device.kernel("unpack_view_coarse_color");
   unpack_depth_ = device.kernel("unpack_depth");
@@ -98,8 +98,8 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
   // frame meanwhile.
   if (copied_()) copied_.wait();
-  const DepthRange range = range_ =
-      renderer_.render(T_camera_object, level.camera, rect, {host_rgba_.data(), host_depth_.data(), rect.width});
+  const DepthRange range = range_ = renderer_.render(
+      T_camera_object, level.camera, rect, {host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
   device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
@@ -181,7 +181,7 @@ void ViewTemplate::clear() {
 
 double ViewTemplate::window_depth(int x, int y) const {
   const auto row = static_cast<std::size_t>(y - drawn_.y), column = static_cast<std::size_t>(x - drawn_.x);
-  return static_cast<double>(host_depth_[row * static_cast<std::size_t>(drawn_.width) + column]);
+  return static_cast<double>(host_depth_.as<float>()[row * static_cast<std::size_t>(drawn_.width) + column]);
 }
 
 double ViewTemplate::inverse_depth(double depth) const {

@@ -86,8 +86,7 @@ class ViewTemplate {
   std::vector<cl::Buffer> pixels_;
   cl::Buffer before_motion_;  ///< the finest level's pixels, not yet blurred by motion
   cl::Buffer rgba_, window_depth_;
-  std::vector<std::uint8_t> host_rgba_;
-  std::vector<float> host_depth_;
+  HostMemory host_rgba_, host_depth_;
   Rect drawn_;        ///< what the host memory holds, pixels of the level drawn
   DepthRange range_;  ///< of it
   std::size_t drawn_level_ = 0;

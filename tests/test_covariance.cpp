@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "covariance.hpp"
@@ -15,6 +16,12 @@ using namespace holdfast;
 
 constexpr int kColumns = 14, kRows = 11, kRowsATile = 60;
 constexpr double kChiSquared6At95 = 12.592;
+
+Matrix6 block_covariance(std::span<const TileEquations> tiles, int columns, const Twist& conditioned_step,
+                         const Matrix6& A, double lens_variance = 0) {
+  std::vector<TileEquations> strip;
+  return score_covariance(tiles, columns, conditioned_step, A, lens_variance, strip);
+}
 
 struct Trial {
   std::vector<float> sums;
@@ -88,7 +95,7 @@ Covered covered(Make make) {
   for (int i = 0; i < trials; ++i) {
     const Trial trial = make(random);
     const Twist y = trial.A.ldlt().solve(trial.h);
-    const Matrix6 S = score_covariance(equations_of(trial), kColumns, y, trial.A);
+    const Matrix6 S = block_covariance(equations_of(trial), kColumns, y, trial.A);
     const Matrix6 covariance =
         pose_covariance(trial.A, 1, S, {1e-9 * Matrix6::Identity(), 1e-18 * Matrix6::Identity()});
     const double square = y.dot(covariance.ldlt().solve(y));
@@ -153,16 +160,16 @@ TEST_CASE("covariance: an error that all edges share in their own senses is allo
   const Trial trial = random_trial(random, 0);
   std::vector<TileEquations> equations = equations_of(trial);
   Twist sum = Twist::Zero();
-  const Matrix6 before = score_covariance(equations, kColumns, Twist::Zero(), trial.A);
+  const Matrix6 before = block_covariance(equations, kColumns, Twist::Zero(), trial.A);
   std::normal_distribution<double> normal;
   for (TileEquations& tile : equations) {
     for (int i = 0; i < 6; ++i) tile.to_dark(i) = normal(random);
     sum += tile.to_dark;
   }
-  const Matrix6 more = score_covariance(equations, kColumns, Twist::Zero(), trial.A) - before;
+  const Matrix6 more = block_covariance(equations, kColumns, Twist::Zero(), trial.A) - before;
   CHECK((more - 0.01 * sum * sum.transpose()).norm() < 1e-9 * before.norm());
   // More behind a lens that blurs: three tenths of that, and both are independent.
-  const Matrix6 soft = score_covariance(equations, kColumns, Twist::Zero(), trial.A, 0.8) - before;
+  const Matrix6 soft = block_covariance(equations, kColumns, Twist::Zero(), trial.A, 0.8) - before;
   CHECK((soft - (0.01 + 0.24 * 0.24) * sum * sum.transpose()).norm() < 1e-9 * before.norm());
 }
 
@@ -229,16 +236,16 @@ TEST_CASE("covariance: tiles without rows and a region of few tiles") {
   }
   std::vector<TileEquations> equations;
   tile_equations(padded, {0, 0, kColumns + 1, kRows + 1}, equations);
-  const Matrix6 S = score_covariance(equations_of(trial), kColumns, y, trial.A);
-  const Matrix6 same = score_covariance(equations, kColumns + 1, y, trial.A);
+  const Matrix6 S = block_covariance(equations_of(trial), kColumns, y, trial.A);
+  const Matrix6 same = block_covariance(equations, kColumns + 1, y, trial.A);
   CHECK((S - same).norm() < 1e-9 * S.norm());
   // Nor does what an earlier, larger region left behind them.
   std::vector<float> longer = trial.sums;
   longer.insert(longer.end(), trial.sums.begin(), trial.sums.begin() + 5 * kColumns * HF_SUM_STRIDE);
   tile_equations(longer, {0, 0, kColumns, kRows}, equations);
-  CHECK(score_covariance(equations, kColumns, y, trial.A) == S);
+  CHECK(block_covariance(equations, kColumns, y, trial.A) == S);
   tile_equations(std::vector<float>(HF_SUM_STRIDE, 0.0f), {0, 0, 1, 1}, equations);
-  CHECK(score_covariance(equations, 1, y, trial.A).norm() == 0);
+  CHECK(block_covariance(equations, 1, y, trial.A).norm() == 0);
 }
 
 TEST_CASE("restlessness: sudden changes of velocity weigh by an eighth of the exposure, smooth ones by its square") {

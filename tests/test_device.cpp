@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -370,5 +371,23 @@ TEST_CASE("memory of buffers is zero from a page's start to its end, and can be 
     CHECK(std::all_of(begin, begin + bytes, [](unsigned char byte) { return byte == 0; }));
     std::fill(begin, begin + bytes, static_cast<unsigned char>(255));
     CHECK(begin[bytes - 1] == 255);
+  }
+}
+
+TEST_CASE("the host's memory for copies, page-locked or not: zeros, and what is copied through it arrives") {
+  const Device device;
+  const Device::Impl& impl = device.impl();
+  for (const bool page_locked : {false, true}) {
+    CAPTURE(page_locked);
+    constexpr std::size_t kCount = 5001;
+    const HostMemory from(impl.context, impl.queue, kCount * sizeof(int), page_locked);
+    const HostMemory to(impl.context, impl.queue, kCount * sizeof(int), page_locked);
+    auto* const numbers = from.as<int>();
+    CHECK(std::all_of(numbers, numbers + kCount, [](int number) { return number == 0; }));
+    std::iota(numbers, numbers + kCount, 7);
+    const cl::Buffer buffer(impl.context, CL_MEM_READ_WRITE, kCount * sizeof(int));
+    impl.queue.enqueueWriteBuffer(buffer, CL_FALSE, 0, kCount * sizeof(int), from.data());
+    impl.queue.enqueueReadBuffer(buffer, CL_TRUE, 0, kCount * sizeof(int), to.data());
+    CHECK(std::equal(numbers, numbers + kCount, to.as<int>()));
   }
 }

@@ -82,8 +82,8 @@ nlohmann::json profile_frames(DeviceLimits& limits, const Scene& scene, const Tr
     }
   }
   nlohmann::json kernels;
-  kernels["limits"] = {{"GB_per_s", 2e-6 * kCopied / median(copy_ms)},
-                       {"GFLOP_per_s", 1e-6 * DeviceLimits::operations() / median(multiply_add_ms)}};
+  kernels["limits"] = {{"GB_per_s", 1e-6 * limits.copied(kCopied) / median(copy_ms)},
+                       {"GFLOP_per_s", 1e-6 * limits.operations() / median(multiply_add_ms)}};
   for (const auto& [name, sum] : sums) {
     // Rare kernels by the frames they run in: a median over all frames would say nothing of them.
     const double frames = static_cast<double>(sum.milliseconds.size());

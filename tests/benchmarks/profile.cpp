@@ -15,7 +15,8 @@ namespace {
 /// are found behind them. A table of the process, because functions with C's names have no other place for it.
 struct Calls {
   struct Call {
-    cl_kernel kernel;
+    cl_kernel kernel;  // or null, for a copy:
+    const char* copy;
     cl_event event;
     double region;
   };
@@ -41,6 +42,29 @@ Function next(const char* name) {
   return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
 }
 
+/// Enqueues what `enqueue` does with an event, hands that to the caller if it wants it, and keeps it.
+template <typename Enqueue>
+cl_int keep(cl_event* event, cl_kernel kernel, const char* copy, double bytes, const Enqueue& enqueue) {
+  cl_event own = nullptr;
+  const cl_int error = enqueue(&own);
+  if (error != CL_SUCCESS) return error;
+  if (event != nullptr) {
+    clRetainEvent(own);
+    *event = own;
+  }
+  const std::lock_guard lock(calls().mutex);
+  double region = bytes;
+  if (const auto found = calls().regions.find(kernel); found != calls().regions.end()) {
+    region = static_cast<double>(found->second.width) * found->second.height;
+  }
+  calls().calls.push_back({kernel, copy, own, region});
+  return error;
+}
+
+double volume(const size_t* region) {
+  return static_cast<double>(region[0]) * static_cast<double>(region[1]) * static_cast<double>(region[2]);
+}
+
 }  // namespace
 
 std::map<std::string, KernelFigures> take_profile(const cl::CommandQueue& queue) {
@@ -49,12 +73,12 @@ std::map<std::string, KernelFigures> take_profile(const cl::CommandQueue& queue)
   const std::lock_guard lock(calls().mutex);
   for (const Calls::Call& call : calls().calls) {
     char name[128] = {};
-    clGetKernelInfo(call.kernel, CL_KERNEL_FUNCTION_NAME, sizeof(name) - 1, name, nullptr);
+    if (call.kernel != nullptr) clGetKernelInfo(call.kernel, CL_KERNEL_FUNCTION_NAME, sizeof(name) - 1, name, nullptr);
     cl_ulong start = 0, end = 0;
     clGetEventProfilingInfo(call.event, CL_PROFILING_COMMAND_START, sizeof(start), &start, nullptr);
     clGetEventProfilingInfo(call.event, CL_PROFILING_COMMAND_END, sizeof(end), &end, nullptr);
     clReleaseEvent(call.event);
-    KernelFigures& kernel = figures[name];
+    KernelFigures& kernel = figures[call.kernel != nullptr ? name : call.copy];
     ++kernel.calls;
     kernel.milliseconds += 1e-6 * static_cast<double>(end - start);
     kernel.region += call.region;
@@ -90,19 +114,55 @@ CL_API_ENTRY cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, c
                                                        cl_uint wait_count, const cl_event* wait_list, cl_event* event) {
   using namespace holdfast;
   static const auto real = bench::next<decltype(&clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel");
-  cl_event own = nullptr;
-  const cl_int error = real(queue, kernel, dimensions, offset, global, local, wait_count, wait_list, &own);
-  if (error != CL_SUCCESS) return error;
-  if (event != nullptr) {
-    clRetainEvent(own);
-    *event = own;
-  }
-  const std::lock_guard lock(bench::calls().mutex);
-  double region = 0;
-  if (const auto found = bench::calls().regions.find(kernel); found != bench::calls().regions.end()) {
-    region = static_cast<double>(found->second.width) * found->second.height;
-  }
-  bench::calls().calls.push_back({kernel, own, region});
-  return error;
+  return bench::keep(event, kernel, nullptr, 0, [&](cl_event* own) {
+    return real(queue, kernel, dimensions, offset, global, local, wait_count, wait_list, own);
+  });
+}
+
+CL_API_ENTRY cl_int CL_API_CALL clEnqueueWriteBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                                                     size_t offset, size_t size, const void* from, cl_uint wait_count,
+                                                     const cl_event* wait_list, cl_event* event) {
+  using namespace holdfast;
+  static const auto real = bench::next<decltype(&clEnqueueWriteBuffer)>("clEnqueueWriteBuffer");
+  return bench::keep(event, nullptr, "write", static_cast<double>(size), [&](cl_event* own) {
+    return real(queue, buffer, blocking, offset, size, from, wait_count, wait_list, own);
+  });
+}
+
+CL_API_ENTRY cl_int CL_API_CALL clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                                                    size_t offset, size_t size, void* to, cl_uint wait_count,
+                                                    const cl_event* wait_list, cl_event* event) {
+  using namespace holdfast;
+  static const auto real = bench::next<decltype(&clEnqueueReadBuffer)>("clEnqueueReadBuffer");
+  return bench::keep(event, nullptr, "read", static_cast<double>(size), [&](cl_event* own) {
+    return real(queue, buffer, blocking, offset, size, to, wait_count, wait_list, own);
+  });
+}
+
+CL_API_ENTRY cl_int CL_API_CALL clEnqueueWriteBufferRect(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                                                         const size_t* origin, const size_t* host_origin,
+                                                         const size_t* region, size_t row, size_t slice,
+                                                         size_t host_row, size_t host_slice, const void* from,
+                                                         cl_uint wait_count, const cl_event* wait_list,
+                                                         cl_event* event) {
+  using namespace holdfast;
+  static const auto real = bench::next<decltype(&clEnqueueWriteBufferRect)>("clEnqueueWriteBufferRect");
+  return bench::keep(event, nullptr, "write", bench::volume(region), [&](cl_event* own) {
+    return real(queue, buffer, blocking, origin, host_origin, region, row, slice, host_row, host_slice, from,
+                wait_count, wait_list, own);
+  });
+}
+
+CL_API_ENTRY cl_int CL_API_CALL clEnqueueReadBufferRect(cl_command_queue queue, cl_mem buffer, cl_bool blocking,
+                                                        const size_t* origin, const size_t* host_origin,
+                                                        const size_t* region, size_t row, size_t slice, size_t host_row,
+                                                        size_t host_slice, void* to, cl_uint wait_count,
+                                                        const cl_event* wait_list, cl_event* event) {
+  using namespace holdfast;
+  static const auto real = bench::next<decltype(&clEnqueueReadBufferRect)>("clEnqueueReadBufferRect");
+  return bench::keep(event, nullptr, "read", bench::volume(region), [&](cl_event* own) {
+    return real(queue, buffer, blocking, origin, host_origin, region, row, slice, host_row, host_slice, to, wait_count,
+                wait_list, own);
+  });
 }
 }

@@ -12,6 +12,8 @@ FRAME_MODES = (*MODES, "published")
 # kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode); pixel_planes and
 # view_planes skip only the last step there, and are counted as if they did not.
 WORK = {
+    "write": ("region", 1, 0),
+    "read": ("region", 1, 0),
     "convert_bgr8": ("region", 19, 3),
     "halve": ("region", 80, 16),
     "halve_bgr8": ("region", 28, 28),
