@@ -17,6 +17,7 @@ PREFIX ?= /usr/local
 OUT ?= out/demo
 BENCH ?= out/bench
 BASELINE ?= $(BENCH)/baseline.json
+BENCH_DOCS ?= docs/performance
 CMAKE_FLAGS ?=
 CTEST_FLAGS ?=
 
@@ -81,8 +82,8 @@ bench-baseline:
 	cp $(BENCH)/result.json $(BASELINE)
 
 bench-docs:
-	mkdir -p docs/performance
-	cp $(BENCH)/report.txt $(BENCH)/stages.svg $(BENCH)/sweeps.svg docs/performance
+	mkdir -p $(BENCH_DOCS)
+	cp $(BENCH)/report.txt $(BENCH)/stages.svg $(BENCH)/sweeps.svg $(BENCH_DOCS)
 
 # Builds only where nothing is built yet, so that `sudo make install` leaves no files of root in the build folder.
 install:

@@ -79,7 +79,7 @@ TEST_CASE("Results may not overwrite one another, but for devices") {
   const TemporaryFolder folder;
   CHECK(says(refusal({{folder / "a.csv", folder / "b/../a.csv"}, {}, {}}, {}), "two results"));
   CHECK(says(refusal({{folder / "a.obj"}, {}, {folder / "a.obj"}}, {}), "two results"));
-  CHECK(refusal({{"/dev/stdout", "/dev/stdout"}, {}, {}}, {}).empty());
+  CHECK(refusal({{"/dev/null", "/dev/null"}, {}, {}}, {}).empty());
   // Not there yet, and spelled otherwise.
   const std::string none = "holdfast-none.csv";
   CHECK(says(refusal({{none, "./" + none}, {}, {}}, {}), "two results"));

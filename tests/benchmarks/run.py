@@ -123,8 +123,9 @@ def main():
         output = subprocess.run([kernels, "--threads", str(threads)], check=True, capture_output=True, text=True,
                                 env=environments[threads]).stdout
         result["kernels"][str(threads)] = json.loads(output)
-    result["instructions"] = {kernel: instructions.instructions(kernels, kernel)
-                              for kernel in ("flow_constraints", "occlusion_tests")}
+    if "PoCL" in result["machine"]["device"]:
+        result["instructions"] = {kernel: instructions.instructions(kernels, kernel)
+                                  for kernel in ("flow_constraints", "occlusion_tests")}
     print("bench: first frames of the program", flush=True)
     result["first"] = first_frames(holdfast, arguments.repetitions)
 
