@@ -30,6 +30,7 @@
 #include "messages.hpp"
 #include "number_checks.hpp"
 #include "separate_files.hpp"
+#include "slow_notice.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
 
@@ -374,6 +375,7 @@ int evaluate_tracker(const EvaluateArguments& arguments) {
   }
   prepare_outputs(arguments, sequences);
 
+  std::optional<SlowNotice> notice(std::in_place, arguments.quiet ? nullptr : terminal(), kPreparing);
   const Device device = arguments.device.open();
   Provenance provenance;
   provenance.protocol = arguments.protocol;
@@ -386,6 +388,7 @@ int evaluate_tracker(const EvaluateArguments& arguments) {
     const Mesh mesh = load_mesh(arguments, model, sequence);
     const std::optional<ModelPoints> points = points_if_needed(arguments, mesh);
     Tracker tracker(mesh, sequence.camera, options, device);
+    notice.reset();
     provenance.tracker = tracker.description();
     TrackerUnderTest tested = under_test(tracker, sequence);
     std::optional<FramePictures> pictures;

@@ -24,6 +24,7 @@
 #include "init/refine_on_frame.hpp"
 #include "messages.hpp"
 #include "separate_files.hpp"
+#include "slow_notice.hpp"
 #include "track/outline.hpp"
 #include "track/output_file.hpp"
 #include "video/frame_source.hpp"
@@ -191,6 +192,7 @@ void InitCommand::refine(Outcome& outcome) const {
   if (no_refine || !possible) {
     return;
   }
+  const SlowNotice notice(terminal(), kPreparing);
   outcome.refinement = refine_on_frame(*outcome.mesh, outcome.from_points.camera, device.open(), outcome.frame,
                                        outcome.from_points.pairs, outcome.from_points.T_camera_object);
   if (!outcome.refinement->accepted) {

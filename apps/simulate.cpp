@@ -323,6 +323,11 @@ int run(SimulateArguments arguments) {
                                    written, sequence.size()));
     return app::kInterrupted;
   }
+  if (visible_sum == 0) {
+    app::print_warning(fmt::format(
+        "the object is in no frame{}",
+        arguments.trajectory.empty() ? "" : "; are the poses of --trajectory object to camera, in metres?"));
+  }
   if (arguments.quiet) return app::kOk;
   const MotionSummary motion = summarize_motion(sequence.poses(), mesh, options.camera);
   fmt::print("{} frames of {}x{} in {} ({:.0f} ms a frame)\n", sequence.size(), options.camera.width,

@@ -25,6 +25,7 @@
 #include "messages.hpp"
 #include "number_checks.hpp"
 #include "separate_files.hpp"
+#include "slow_notice.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
@@ -187,8 +188,10 @@ int TrackCommand::run() const {
     completion.emplace(mesh, calibrated, first_frame->image, T_camera_object, completing);
     mesh = completion->model();
   }
+  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
   Tracker follower(mesh, calibrated, options, device.open());
   follower.reset(T_camera_object);
+  notice.reset();
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),

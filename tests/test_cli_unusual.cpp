@@ -217,3 +217,13 @@ TEST_CASE("A dash is no file") {
   arguments.back() = "/dev/stdout";
   CHECK(inputs().run(arguments).out.starts_with("0"));
 }
+
+TEST_CASE("A trajectory that never shows the object") {
+  const std::string far = "1 0 0 900 0 1 0 0 0 0 1 600\n";  // millimetres
+  write("far.txt", far + far);
+  const ProgramRun run = inputs().run({"simulate", "unseen", "--trajectory", "far.txt"});
+  CHECK(run.exit_code == kOk);
+  CHECK(
+      run.err.find("warning: the object is in no frame; are the poses of --trajectory object to camera, in metres?") !=
+      std::string::npos);
+}

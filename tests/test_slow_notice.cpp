@@ -1,0 +1,44 @@
+// What is said when something takes long that is usually quick.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "slow_notice.hpp"
+#include "support/files.hpp"
+
+using namespace holdfast::app;
+using namespace holdfast::test;
+
+namespace {
+
+using Milliseconds = std::chrono::milliseconds;
+
+struct Stream {
+  TemporaryFolder folder;
+  std::FILE* file = std::fopen((folder / "stream").c_str(), "w");
+
+  ~Stream() { std::fclose(file); }
+  std::string text() const {
+    std::fflush(file);
+    return read_file(folder / "stream");
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Said once where it outlasts the patience, not at all where it ends before, and nowhere without a stream") {
+  const Stream stream;
+  {
+    const SlowNotice quick(stream.file, "quick", std::chrono::hours(1));  // and its end does not wait for that
+    const SlowNotice nowhere(nullptr, "nowhere", Milliseconds(0));
+  }
+  CHECK(stream.text().empty());
+  std::optional<SlowNotice> slow(std::in_place, stream.file, "slow", Milliseconds(1));
+  while (stream.text().empty()) std::this_thread::sleep_for(Milliseconds(1));
+  slow.reset();
+  CHECK(stream.text() == "holdfast: slow\n");
+}
