@@ -62,6 +62,8 @@ bool MotionModel::changes_steadily(double stray, double accelerated_stray) const
   return accelerated_stray < stray && stray < std::min(kLargeChange, kSudden * *middle);
 }
 
+bool MotionModel::goes_on_unseen() const { return lost() && moving_ && lost_frames_ < kGoesOnFor; }
+
 void MotionModel::lose() {
   ++lost_frames_;
   suspected_ = false;

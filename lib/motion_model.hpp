@@ -39,6 +39,8 @@ class MotionModel {
   const Pose& pose() const { return T_; }
 
   bool lost() const { return lost_frames_ > 0; }
+  /// It is lost, and predicted() still goes on as it moved.
+  bool goes_on_unseen() const;
 
   /// Whether it is known how the object moves: it was followed over two frames in a row.
   bool moving() const { return moving_; }

@@ -49,11 +49,16 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
 
 ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
                                         const Rect& shifts, double scored_pixels) {
+  const kernel::hf_rect& tiles = view.planes(level_index).tiles;
+  const Rect drawn{tiles.x * HF_TILE, tiles.y * HF_TILE, tiles.width * HF_TILE, tiles.height * HF_TILE};
+  return search(view, image, level_index, shifts, scored_pixels, drawn);
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        const Rect& shifts, double scored_pixels, const Rect& part) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
-  const kernel::hf_rect rect{planes.tiles.x * HF_TILE, planes.tiles.y * HF_TILE, planes.tiles.width * HF_TILE,
-                             planes.tiles.height * HF_TILE};
-  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * rect.width * rect.height / scored_pixels)));
+  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * part.width * part.height / scored_pixels)));
   const Rect& valid = image.valid(level_index);
   const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
   kernel_.setArg(0, planes.dx);
@@ -61,7 +66,7 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
   kernel_.setArg(2, static_cast<int>(level.elements));
   kernel_.setArg(3, planes.usable);
   kernel_.setArg(4, level.layout);
-  kernel_.setArg(5, rect);
+  kernel_.setArg(5, to_kernel(part));
   kernel_.setArg(6, step);
   kernel_.setArg(7, gradients_);
   kernel_.setArg(8, static_cast<int>(level.elements));

@@ -28,6 +28,9 @@ class ShiftSearch {
   /// about.
   Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts,
                 double scored_pixels);
+  /// The same of a part of the view, pixels of the level.
+  Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts, double scored_pixels,
+                const Rect& part);
 
  private:
   const Device::Impl& device_;

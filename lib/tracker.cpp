@@ -162,9 +162,13 @@ Estimate Tracker::Impl::follow_fully(const Frame& frame, const MotionModel::Hypo
       const Stopwatch watch(times_.upload);
       image_.enqueue_upload(frame, whole);
     }
-    const Estimate found_there = found_anywhere(whole);
-    elsewhere = found_there.score > best.score;
-    if (elsewhere) best = found_there;
+    const auto take_better = [&](const Estimate& found_there) {
+      if (found_there.score <= best.score) return;
+      best = found_there;
+      elsewhere = true;
+    };
+    if (motion_.goes_on_unseen()) take_better(found_in_parts(motion_.predicted()));
+    if (!is_good(best)) take_better(found_anywhere(whole));
   }
   if ((motion_.lost() || elsewhere) && is_probable(best)) best = settled(best);
   if (options_.motion_blur && moved_ && is_good(best)) measure_exposure(best);

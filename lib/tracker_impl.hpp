@@ -110,6 +110,8 @@ struct Tracker::Impl {
   Estimate challenged(const Estimate& doubtful, const Scope& scope, bool turn);
   /// Searches the whole picture for a lost object: coarse to fine, the next few appearances of the plan in each frame.
   Estimate found_anywhere(const Rect& region);
+  /// Near where it is expected, behind an occluder that hides most of it: from wherever a part of the view is seen.
+  Estimate found_in_parts(const Pose& T_expected);
   /// A pose and how well the frame's gradients agree with it on some level, at most 1.
   struct Place {
     Pose T_camera_object = Pose::Identity();
@@ -302,6 +304,7 @@ struct Tracker::Impl {
   LitPatches lit_patches_;
   Keyframes keyframes_;
   Proportions proportions_;
+  std::vector<ShiftSearch::Result> parts_;   ///< where they are seen
   std::vector<Place> places_, last_places_;  ///< of the search over the whole picture; the best of the last frame
   bool faceted_ = false;                     ///< flat faces, drawn as light falls on them
   bool textured_ = false;

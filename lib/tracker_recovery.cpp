@@ -25,6 +25,11 @@ constexpr int kCloserReach = 4, kTurnedReach = 2, kLastReach = 10;
 /// all stages; and with its mirror image.
 constexpr std::array<double, 4> kRivalTurns = {-0.8, -0.45, 0.45, 0.8};
 constexpr std::size_t kRivals = 3;
+/// Parts of a view a side, overlapping; how many of them are begun with, and how far they are looked for, pixels of the
+/// level.
+constexpr int kPartsASide = 3;
+constexpr std::size_t kPartsTried = 3;
+constexpr int kPartReach = 12;
 /// Tilted by less than this, radians, it is nearly its own mirror image.
 constexpr double kLeastTilt = 0.05;
 /// Views that a start is looked at in on coarse levels, at most.
@@ -177,6 +182,46 @@ Estimate Tracker::Impl::best_of_rivals(const Estimate& found, int closer, int co
     const Estimate rival = settled(fine_stage(start.T_camera_object, std::max(coarse_finest - 1, finest_), -1));
     if (rival.score > best.score) best = rival;
   }
+  return best;
+}
+
+Estimate Tracker::Impl::found_in_parts(const Pose& T_expected) {
+  Estimate best;
+  best.T_camera_object = T_expected;
+  const int level = std::min(finest_ + 1, options_.levels - 1);
+  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  const Rect object = view_.bounds(T_expected);
+  if (object.empty()) return best;
+  {
+    const Stopwatch watch(times_.filter);
+    image_.enqueue_blur(level, coarser(grown(object, (kPartReach + filter_.radius() + 4) << level), level));
+    search_.enqueue_gradients(image_, level);
+  }
+  const bool expected = std::exchange(expected_, false);
+  parts_.clear();
+  if (draw(T_expected, level, 1)) {
+    const Stopwatch watch(times_.search);
+    const Rect drawn = coarser(object, level);
+    const Rect shifts{-kPartReach, -kPartReach, 2 * kPartReach + 1, 2 * kPartReach + 1};
+    for (int row = 0; row < kPartsASide; ++row) {
+      for (int column = 0; column < kPartsASide; ++column) {
+        // Half as wide and high as the view, each half over the next.
+        const Rect part{drawn.x + column * drawn.width / (kPartsASide + 1),
+                        drawn.y + row * drawn.height / (kPartsASide + 1), 2 * drawn.width / (kPartsASide + 1),
+                        2 * drawn.height / (kPartsASide + 1)};
+        parts_.push_back(search_.search(view_, image_, level, shifts, kScoredPixels, part));
+      }
+    }
+  }
+  std::sort(parts_.begin(), parts_.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+  const Eigen::Vector2d center = camera.project(T_expected * p_object_center_);
+  for (std::size_t i = 0; i < std::min(kPartsTried, parts_.size()) && !is_good(best); ++i) {
+    const Pose T_start =
+        brought_to(T_expected, p_object_center_, camera, center + Eigen::Vector2d(parts_[i].dx, parts_[i].dy));
+    const Estimate estimate = fine_stage(T_start, level, -1);
+    if (estimate.score > best.score) best = estimate;
+  }
+  expected_ = expected;
   return best;
 }
 

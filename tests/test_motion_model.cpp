@@ -103,6 +103,7 @@ TEST_CASE("a lost object goes on as it moved, or is where it is suspected") {
   model.reset(swaying(0));
   for (int frame = 1; frame <= 10; ++frame) model.advance(swaying(frame), true);
   const Pose next = model.predicted();
+  CHECK_FALSE(model.goes_on_unseen());
   CHECK(model.supposed(true).isApprox(next, 1e-12));
   CHECK(model.supposed(false).isApprox(swaying(10), 1e-12));
   model.lose();
@@ -116,4 +117,11 @@ TEST_CASE("a lost object goes on as it moved, or is where it is suspected") {
   CHECK(model.supposed(true).isApprox(swaying(14), 1e-12));
   model.lose();
   CHECK_FALSE(model.supposed(true).isApprox(swaying(14), 1e-3));
+  // For a while: then it is taken to have stopped.
+  CHECK(model.goes_on_unseen());
+  for (int frame = 0; frame < 12; ++frame) model.lose();
+  CHECK_FALSE(model.goes_on_unseen());
+  model.reset(swaying(0));
+  model.lose();
+  CHECK_FALSE(model.goes_on_unseen());  // how it moves is not known
 }

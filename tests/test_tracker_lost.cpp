@@ -65,6 +65,53 @@ TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found 
   }
 }
 
+// Without the search by parts four of the eight are held at once.
+TEST_CASE("hidden, then less than half of it seen, not quite where it would be: found by its parts") {
+  constexpr int kFrames = 16, kHidden = 8, kBack = 12;
+  int held = 0;
+  for (const int trial : {0, 1, 2, 3, 4, 5, 6, 7}) {
+    CAPTURE(trial);
+    const double farther = trial < 4 ? 2 : 3;
+    SequenceOptions options = paper_camera(kFrames, 2, 31);
+    Pose pose = Pose::Identity();
+    pose.linear() =
+        (Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(2.7, Eigen::Vector3d::UnitY()))
+            .toRotationMatrix() *
+        Eigen::Vector3d(1, -1, -1).asDiagonal();
+    pose.translation() = Eigen::Vector3d(-0.09, 0.0, 1.1);
+    for (int i = 0; i < kFrames; ++i) {
+      pose.translation().x() += 0.006;
+      if (i == kBack) {
+        const Eigen::Vector3d axis(trial % 2 == 0 ? -0.7 : 0.7, 0.1, trial % 4 < 2 ? -0.7 : 0.7);
+        pose.linear() = Eigen::AngleAxisd(11 / kDegrees, axis.normalized()) * pose.linear();
+        pose.translation() += farther * Eigen::Vector3d(0.004, trial % 4 < 2 ? 0.005 : -0.005, 0.02);
+      }
+      options.motion.T_camera_object.push_back(pose);
+    }
+    const Sequence sequence(box(), options);
+    const Camera& camera = sequence.camera();
+    const cv::Mat hiding = clutter(camera);
+    Tracker tracker(box(), camera);
+    tracker.reset(sequence.pose(0));
+    for (int i = 0; i <= kBack; ++i) {
+      CAPTURE(i);
+      cv::Mat frame = sequence.frame(i);
+      if (i >= kHidden) {
+        const Eigen::Vector2d center = camera.project(sequence.pose(i) * box().center());
+        const int from = i < kBack ? 0 : static_cast<int>(center.x()) - 22;
+        hiding.colRange(from, camera.width).copyTo(frame.colRange(from, camera.width));
+      }
+      const FrameResult result = tracker.track(view_of(frame));
+      CHECK((result.status == Status::held) <= (i < kHidden || i == kBack));
+      if (result.status != Status::held) continue;
+      held += i == kBack;
+      CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 4);
+      CHECK(pose_error(sequence.pose(i), result.T_camera_object).degrees < 1.5);
+    }
+  }
+  CHECK(held >= 7);
+}
+
 TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself, and never believed where it is not") {
   for (const int trial : {0, 1, 2}) {
     CAPTURE(trial);
