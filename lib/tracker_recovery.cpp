@@ -55,6 +55,13 @@ Pose brought_to(const Pose& T_camera_object, const Eigen::Vector3d& p_object_cen
   return renormalized(Pose(turn) * T_camera_object);
 }
 
+/// The same, moved as its view was shifted on a level.
+Pose shifted(const Pose& T_camera_object, const Eigen::Vector3d& p_object_center, const Camera& camera,
+             const ShiftSearch::Result& shift) {
+  const Eigen::Vector2d pixel = camera.project(T_camera_object * p_object_center) + Eigen::Vector2d(shift.dx, shift.dy);
+  return brought_to(T_camera_object, p_object_center, camera, pixel);
+}
+
 }  // namespace
 
 double Tracker::Impl::diameter_pixels() const {
@@ -74,8 +81,7 @@ void Tracker::Impl::sweep(int level, std::vector<Place>& places) {
     if (!draw(T_appearance, level, 1)) continue;
     const Stopwatch watch(times_.search);
     const ShiftSearch::Result shift = search_.search(view_, image_, level, shifts, kScoredPixels);
-    const Eigen::Vector2d pixel = camera.project(T_appearance * p_object_center_) + Eigen::Vector2d(shift.dx, shift.dy);
-    places.push_back({brought_to(T_appearance, p_object_center_, camera, pixel), shift.score});
+    places.push_back({shifted(T_appearance, p_object_center_, camera, shift), shift.score});
   }
 }
 
@@ -85,9 +91,7 @@ Tracker::Impl::Place Tracker::Impl::looked_at(const Pose& T_camera_object, int l
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const Rect shifts{-reach, -reach, 2 * reach + 1, 2 * reach + 1};
   const ShiftSearch::Result shift = search_.search(view_, image_, level, shifts, kScoredPixels);
-  const Eigen::Vector2d pixel =
-      camera.project(T_camera_object * p_object_center_) + Eigen::Vector2d(shift.dx, shift.dy);
-  return {brought_to(T_camera_object, p_object_center_, camera, pixel), shift.score};
+  return {shifted(T_camera_object, p_object_center_, camera, shift), shift.score};
 }
 
 Tracker::Impl::Place Tracker::Impl::turned_to_fit(const Place& place, int level) {
@@ -214,11 +218,8 @@ Estimate Tracker::Impl::found_in_parts(const Pose& T_expected) {
     }
   }
   std::sort(parts_.begin(), parts_.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-  const Eigen::Vector2d center = camera.project(T_expected * p_object_center_);
   for (std::size_t i = 0; i < std::min(kPartsTried, parts_.size()) && !is_good(best); ++i) {
-    const Pose T_start =
-        brought_to(T_expected, p_object_center_, camera, center + Eigen::Vector2d(parts_[i].dx, parts_[i].dy));
-    const Estimate estimate = fine_stage(T_start, level, -1);
+    const Estimate estimate = fine_stage(shifted(T_expected, p_object_center_, camera, parts_[i]), level, -1);
     if (estimate.score > best.score) best = estimate;
   }
   expected_ = expected;

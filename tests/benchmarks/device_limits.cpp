@@ -16,34 +16,24 @@ constexpr int kGroup = 64;           // of items, as the tracker's kernels have
 constexpr int kItemsAUnit = 2048;    // as many as a compute unit may hold
 constexpr int kGroupLaunches = 100;  // a launch takes longer than copying 4 MB
 
-/// An item walks through a block of its own with wide vectors.
-const char* const kWideSource = R"(
-__kernel void copy(__global const float16* in, __global float16* out) {
-  const size_t begin = get_global_id(0) * 256;
-  for (size_t i = begin; i < begin + 256; ++i) out[i] = in[i];
+/// WIDE: an item copies a block of its own with wide vectors. Otherwise neighbouring items take neighbouring elements.
+const char* const kSource = R"(
+#if WIDE
+typedef float16 copied, summed;
+#define ELEMENTS 256
+#else
+typedef float4 copied;
+typedef float summed;
+#define ELEMENTS 1
+#endif
+__kernel void copy(__global const copied* in, __global copied* out) {
+  const size_t begin = get_global_id(0) * ELEMENTS;
+  for (size_t i = begin; i < begin + ELEMENTS; ++i) out[i] = in[i];
 }
-__kernel void multiply_add(float seed, int rounds, __global float16* out) {
-  const float16 a = (float16)(seed), b = (float16)(1.0f - seed);
-  float16 s0 = b, s1 = b + 1.0f, s2 = b + 2.0f, s3 = b + 3.0f, s4 = b + 4.0f, s5 = b + 5.0f, s6 = b + 6.0f,
-          s7 = b + 7.0f, s8 = b + 8.0f, s9 = b + 9.0f, s10 = b + 10.0f, s11 = b + 11.0f;
-  for (int i = 0; i < rounds; ++i) {
-    s0 = fma(s0, a, b); s1 = fma(s1, a, b); s2 = fma(s2, a, b); s3 = fma(s3, a, b);
-    s4 = fma(s4, a, b); s5 = fma(s5, a, b); s6 = fma(s6, a, b); s7 = fma(s7, a, b);
-    s8 = fma(s8, a, b); s9 = fma(s9, a, b); s10 = fma(s10, a, b); s11 = fma(s11, a, b);
-  }
-  out[get_global_id(0)] = s0 + s1 + s2 + s3 + s4 + s5 + s6 + s7 + s8 + s9 + s10 + s11;
-}
-)";
-
-/// Neighbouring items take neighbouring elements.
-const char* const kNarrowSource = R"(
-__kernel void copy(__global const float4* in, __global float4* out) {
-  out[get_global_id(0)] = in[get_global_id(0)];
-}
-__kernel void multiply_add(float seed, int rounds, __global float* out) {
-  const float a = seed, b = 1.0f - seed;
-  float s0 = b, s1 = b + 1.0f, s2 = b + 2.0f, s3 = b + 3.0f, s4 = b + 4.0f, s5 = b + 5.0f, s6 = b + 6.0f,
-        s7 = b + 7.0f, s8 = b + 8.0f, s9 = b + 9.0f, s10 = b + 10.0f, s11 = b + 11.0f;
+__kernel void multiply_add(float seed, int rounds, __global summed* out) {
+  const summed a = (summed)(seed), b = (summed)(1.0f - seed);
+  summed s0 = b, s1 = b + 1.0f, s2 = b + 2.0f, s3 = b + 3.0f, s4 = b + 4.0f, s5 = b + 5.0f, s6 = b + 6.0f,
+         s7 = b + 7.0f, s8 = b + 8.0f, s9 = b + 9.0f, s10 = b + 10.0f, s11 = b + 11.0f;
   for (int i = 0; i < rounds; ++i) {
     s0 = fma(s0, a, b); s1 = fma(s1, a, b); s2 = fma(s2, a, b); s3 = fma(s3, a, b);
     s4 = fma(s4, a, b); s5 = fma(s5, a, b); s6 = fma(s6, a, b); s7 = fma(s7, a, b);
@@ -69,7 +59,8 @@ DeviceLimits::DeviceLimits() : context_(chosen_device()), queue_(context_) {
   wide_ = (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_CPU) != 0;
   launches_ = wide_ ? 1 : kGroupLaunches;
   items_ = wide_ ? kItems : kItemsAUnit * device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
-  const cl::Program program(context_, wide_ ? kWideSource : kNarrowSource, true);
+  cl::Program program(context_, kSource);
+  program.build(wide_ ? "-DWIDE=1" : "-DWIDE=0");
   copy_ = cl::Kernel(program, "copy");
   multiply_add_ = cl::Kernel(program, "multiply_add");
   sums_ = cl::Buffer(context_, CL_MEM_WRITE_ONLY, items_ * (wide_ ? kLanes : 1) * sizeof(float));
