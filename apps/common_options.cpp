@@ -88,6 +88,7 @@ void require_effect_in_paper_mode(const TrackerOptions& options, const TrackerOp
   require_same(options.faint_deviation, paper.faint_deviation, "--faint-deviation");
   require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
   require_same(options.fine_blur_sigma, paper.fine_blur_sigma, "--fine-blur-sigma");
+  require_same(options.tone_curve, paper.tone_curve, "--tone-curve");
   require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
   require_same(options.challenge, paper.challenge, "--challenge");
   require_same(options.recovery, paper.recovery, "--recovery");
@@ -257,6 +258,9 @@ void TrackerArguments::add_to(CLI::App& app) {
   add(
       app, "--shading,!--no-shading", [](O& o) -> bool& { return o.shading; },
       "Draw the view as the light falls on it, learnt from the frames");
+  add(
+      app, "--tone-curve,!--no-tone-curve", [](O& o) -> bool& { return o.tone_curve; },
+      "Draw the view as the camera encodes brightness, learnt with the light");
   add(
       app, "--light-texels,!--no-light-texels", [](O& o) -> bool& { return o.light_texels; },
       "Average texels as light where the frames show that a camera did; otherwise as encoded values");

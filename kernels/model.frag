@@ -1,6 +1,6 @@
 // The host puts "#version 330 core" and one of TEXTURED (perhaps SUPERSAMPLED too), VERTEX_COLORED, UNKNOWN in front of
-// this text, and SHADED where light falls on the surface: llvmpipe takes both sides of every branch, so that a uniform
-// would make all pixels pay for what few need.
+// this text, and SHADED where light falls on the surface, perhaps TONED too: llvmpipe takes both sides of every branch,
+// so that a uniform would make all pixels pay for what few need.
 #ifdef TEXTURED
 in vec2 fragment_coordinate;
 uniform sampler2D surface;
@@ -13,6 +13,9 @@ in vec4 fragment_color;
 #ifdef SHADED
 in vec3 fragment_position;
 uniform vec3 shading;  // how much brighter surface that faces this way (camera frame) looks than its texture
+#endif
+#ifdef TONED
+uniform float tone;  // power of what is so lit
 #endif
 
 out vec4 pixel;
@@ -48,6 +51,9 @@ void main() {
   vec3 normal = normalize(cross(dFdx(fragment_position), dFdy(fragment_position)));
   normal *= -sign(dot(normal, fragment_position));
   color.rgb *= (1.0 + dot(shading, normal)) / (1.0 + length(shading));
+#endif
+#ifdef TONED
+  color.rgb = pow(color.rgb, vec3(tone));
 #endif
   // Filtering mixes never-seen texels (alpha 0) in; where that is more than a trace, the colour is not known.
   pixel = vec4(color.rgb, step(0.98, color.a));

@@ -16,8 +16,12 @@ struct Program {
   GLint clip_from_object = -1;
   GLint camera_from_object = -1;
   GLint shading = -1;
+  GLint tone = -1;
   GLint spread = -1;
 };
+
+/// What becomes of a surface's colour.
+enum class Lighting { none, shaded, shaded_and_toned };
 
 /// The shaders that surface is drawn with.
 class GlPrograms {
@@ -25,15 +29,14 @@ class GlPrograms {
   /// `texture_samples`: RendererOptions'. Throws Error(renderer) with the compiler's log when one does not compile.
   GlPrograms(const GlFunctions& gl, int texture_samples);
 
-  /// `shaded`: a distant light adds to how bright it is.
-  const Program& of(Appearance appearance, bool shaded = false) const {
-    return (shaded ? shaded_ : plain_)[static_cast<std::size_t>(appearance)];
+  const Program& of(Appearance appearance, Lighting lighting = Lighting::none) const {
+    return programs_[static_cast<std::size_t>(lighting)][static_cast<std::size_t>(appearance)];
   }
 
  private:
-  static constexpr std::size_t kAppearances = 3;
+  static constexpr std::size_t kAppearances = 3, kLightings = 3;
 
-  std::array<Program, kAppearances> plain_, shaded_;
+  std::array<std::array<Program, kAppearances>, kLightings> programs_;
 };
 
 }  // namespace holdfast

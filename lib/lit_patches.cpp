@@ -36,8 +36,8 @@ LitPatches::LitPatches(const Device::Impl& device, const std::vector<Level>& lev
 }
 
 std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const OcclusionTest& samples, int level_index,
-                                           int every, const Photometry& photometry, const Shading& shading,
-                                           bool drawn) {
+                                           int every, const Photometry& photometry, const DrawnLight& drawn) {
+  const Shading& shading = drawn.shading;
   patches_.clear();
   texture_ = light_ = 0;
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
@@ -74,30 +74,39 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
     for (std::size_t column = 0; column < width; column += static_cast<std::size_t>(step)) {
       const std::size_t i = row * width + column;
       if ((classes[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
-      double texture = 0, frame = 0;
+      double texture = 0, frame = 0, brightest = 0, value = 0;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        texture += photometry.gain(static_cast<int>(c)) * static_cast<double>(view_value[c][i]);
-        frame += static_cast<double>(frame_value[c][i]);
+        const auto in_view = static_cast<double>(view_value[c][i]), in_frame = static_cast<double>(frame_value[c][i]);
+        texture += photometry.gain(static_cast<int>(c)) * in_view;
+        frame += in_frame;
+        brightest = std::max(brightest, in_frame);
+        value += in_view;
       }
-      if (texture < kDarkest) continue;
+      if (texture < kDarkest || brightest >= kSaturated) continue;
+      if (drawn.tone != 1) {
+        texture = std::pow(texture, 1 / drawn.tone);
+        frame = std::pow(frame, 1 / drawn.tone);
+      }
       const int x = first_x + static_cast<int>(column), y = first_y + static_cast<int>(row) * step_y;
       const auto normal = view.normal_at(x, y);
       if (!normal) continue;
       // The quotient of what is dark is the less sure.
-      patches_.push_back({*normal, (drawn ? shading.of(*normal) : 1) * frame / texture, texture * texture});
+      const double light = drawn.lit ? drawn.shading.of(*normal) : 1;
+      patches_.push_back(
+          {*normal, light * frame / texture, texture * texture, std::log(texture / light), value / HF_CHANNELS});
       if (patches_.size() % kGradientsEvery != 0) continue;
       // Of the logarithm, over some pixels, since a mesh turns from triangle to triangle.
       const auto left = view.normal_at(x - kReach, y), right = view.normal_at(x + kReach, y),
                  up = view.normal_at(x, y - kReach), down = view.normal_at(x, y + kReach);
       if (!left || !right || !up || !down) continue;
-      const double light_x = std::log(shading.of(*right) / shading.of(*left)) / (2 * kReach);
-      const double light_y = std::log(shading.of(*down) / shading.of(*up)) / (2 * kReach);
+      const double light_x = drawn.tone * std::log(shading.of(*right) / shading.of(*left)) / (2 * kReach);
+      const double light_y = drawn.tone * std::log(shading.of(*down) / shading.of(*up)) / (2 * kReach);
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        const double value = static_cast<double>(view_value[c][i]);
-        const double texture_x = static_cast<double>(view_dx[c][i]) - (drawn ? value * light_x : 0);
-        const double texture_y = static_cast<double>(view_dy[c][i]) - (drawn ? value * light_y : 0);
+        const auto in_view = static_cast<double>(view_value[c][i]);
+        const double texture_x = static_cast<double>(view_dx[c][i]) - (drawn.lit ? in_view * light_x : 0);
+        const double texture_y = static_cast<double>(view_dy[c][i]) - (drawn.lit ? in_view * light_y : 0);
         texture_ += texture_x * texture_x + texture_y * texture_y;
-        light_ += value * value * (light_x * light_x + light_y * light_y);
+        light_ += in_view * in_view * (light_x * light_x + light_y * light_y);
       }
     }
   }

@@ -12,6 +12,13 @@
 
 namespace holdfast {
 
+/// How the view was drawn that patches are read of.
+struct DrawnLight {
+  Shading shading;
+  bool lit = false;  ///< it was drawn with this shading
+  double tone = 1;   ///< power of what is so lit, that it was drawn with
+};
+
 /// How bright the frame shows surface that faces this way or that: view and samples of the frame -> patches, a pixel
 /// each. Whether a pixel passed the tests does not matter, since light that is not drawn yet makes it fail.
 class LitPatches {
@@ -19,10 +26,9 @@ class LitPatches {
   LitPatches(const Device::Impl& device, const std::vector<Level>& levels);
 
   /// Of the view and the samples last made, on the level that both were made at, which is the finest drawn; `every` as
-  /// the samples' rows. Some thousands of pixels of a large object. `drawn`: the view is lit so. Waits for the
-  /// device.
+  /// the samples' rows. Some thousands of pixels of a large object. Waits for the device.
   std::span<const LitPatch> read(const ViewTemplate& view, const OcclusionTest& samples, int level, int every,
-                                 const Photometry& photometry, const Shading& shading, bool drawn);
+                                 const Photometry& photometry, const DrawnLight& drawn);
 
   /// Of the view last read: what share of its gradients, squared and summed, light makes or would make.
   double light_share() const { return light_ > 0 ? light_ / (light_ + texture_) : 0; }

@@ -40,6 +40,7 @@ TrackerOptions TrackerOptions::published() {
   options.robust_weights = false;
   options.photometric = false;
   options.shading = false;
+  options.tone_curve = false;
   options.light_texels = false;
   options.coarse_color = false;
   options.fine_blur_sigma = options.blur_sigma;

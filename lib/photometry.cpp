@@ -143,6 +143,16 @@ void Photometry::reset() {
   }
 }
 
+double Photometry::view_redrawn(const Drawn& before, const Drawn& now) {
+  if (!(before.deviation > 0 && now.deviation > 0)) return 1;
+  const double factor = before.deviation / now.deviation;
+  for (std::size_t c = 0; c < gain_.size(); ++c) {
+    bias_[c] += gain_[c] * (before.mean - factor * now.mean);
+    gain_[c] *= factor;
+  }
+  return factor;
+}
+
 void Photometry::forget_cells() {
   for (LevelCells& cells : cells_) cells.tiles = {};
 }

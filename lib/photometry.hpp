@@ -9,6 +9,10 @@
 
 namespace holdfast {
 
+/// Of a filtered channel of the frame: at least so bright it may be clipped, itself or in part. Frames are compressed,
+/// so that this is 247 of 255.
+inline constexpr double kSaturated = 0.97;
+
 /// Takes from a motion, conditioned, what light explains altogether. Light is eliminated with the geometry of cells'
 /// middles, so that of few pixels far from them it may take more than the rows say (`A_rows`), and what is left, `A`,
 /// is less than nothing along some motions. A motion y becomes `result` y, A becomes result^T A result, h result^T h.
@@ -39,6 +43,13 @@ class Photometry {
   void view_brightened(double factor) {
     for (double& gain : gain_) gain /= factor;
   }
+
+  /// The view is drawn differently from now on: the object's pair becomes what takes the brightness that is drawn now
+  /// for what the pair made of the one drawn so far. By how much the gain changes.
+  struct Drawn {
+    double mean = 0, deviation = 0;
+  };
+  double view_redrawn(const Drawn& before, const Drawn& now);
 
   /// No level has cells of its own any more: before a frame.
   void forget_cells();

@@ -23,6 +23,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kMostLensBlur = 4;
+constexpr double kLeastTone = 0.2, kMostTone = 5;
 /// Square pixels that a sharp pixel's samples are spread by: a quarter pixel off the centre, of texels of half a pixel
 /// with linear interpolation between them.
 constexpr double kSharpVariance = 0.125;
@@ -123,6 +124,7 @@ struct Renderer::Impl {
   bool light_texels = false;  ///< are what is drawn
   float spread = 1;           ///< of a pixel's samples, beside that of a sharp one
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
+  float tone = 1;
 };
 
 std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_width, int max_height,
@@ -192,7 +194,10 @@ void Renderer::Impl::warm_up() {
   if (!lit) return;
   const Eigen::Vector3f before = std::exchange(shading, Eigen::Vector3f(0, 0, -0.5F));
   draw();
+  const float tone_before = std::exchange(tone, 2.0F);
+  draw();
   shading = before;
+  tone = tone_before;
 }
 
 Appearance Renderer::Impl::appearance(std::size_t material) const {
@@ -205,15 +210,18 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
   const Geometry& level = geometry.view(deviation_pixels * pixel);
   gl.bind_vertex_array(level.vertex_array);
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
-  const bool shaded = !shading.isZero();
+  const Lighting lighting = tone != 1          ? Lighting::shaded_and_toned
+                            : shading.isZero() ? Lighting::none
+                                               : Lighting::shaded;
   for (const Batch& batch : level.batches) {
     const Appearance look = appearance(batch.material);
-    const Program& program = programs.of(look, shaded);
+    const Program& program = programs.of(look, lighting);
     gl.use_program(program.name);
     gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
-    if (shaded) {
+    if (lighting != Lighting::none) {
       gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
       gl.uniform3(program.shading, 1, shading.data());
+      gl.uniform1(program.tone, tone);
     }
     if (look == Appearance::textured) {
       gl.uniform1(program.spread, spread);
@@ -315,6 +323,14 @@ void Renderer::set_shading(const Eigen::Vector3d& shading) {
     fail_rendering(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
   }
   impl_->shading = shading.cast<float>();
+}
+
+void Renderer::set_tone(double power) {
+  if (!(power >= kLeastTone && power <= kMostTone)) {
+    fail_rendering(ErrorCode::invalid_argument,
+                   "the tone's power is " + std::to_string(power) + "; it must be in [0.2, 5]");
+  }
+  impl_->tone = static_cast<float>(power);
 }
 
 void Renderer::set_lens_blur(double sigma) {

@@ -14,8 +14,7 @@ constexpr double kPriorShare = 0.02, kFirstPriorShare = 0.002;
 constexpr double kLeastMemory = 0.7, kMostMemory = 0.95, kForgettingPixels = 4000;
 /// Of the light, so that none that faces away becomes black.
 constexpr double kMostDirection = 0.8;
-/// Pixels that differ by more than about this share (highlights, shadows, what is in front, texture that is not where
-/// it is drawn) count for little.
+/// Share that pixels usually differ by.
 constexpr double kUsualDeviation = 0.15;
 constexpr int kRounds = 5;
 constexpr std::size_t kLeastPatches = 10;
@@ -27,6 +26,11 @@ constexpr std::size_t kMostNormals = 64, kMostFaces = 16;
 constexpr double kFlatShare = 0.9;
 
 }  // namespace
+
+double doubt(double deviation) {
+  const double unusual = deviation / kUsualDeviation;
+  return 1 + unusual * unusual;
+}
 
 bool has_flat_faces(const Mesh& mesh) {
   struct Face {
@@ -85,8 +89,8 @@ void Shading::learn(std::span<const LitPatch> patches) {
     h.setZero();
     for (const LitPatch& patch : patches) {
       const double relative = patch.brightness / mean;
-      const double deviation = (relative - a * (1 + b.dot(patch.normal))) / kUsualDeviation;
-      const double weight = patch.weight * (pixels / total) / (1 + (round > 0 ? deviation * deviation : 0));
+      const double deviation = relative - a * (1 + b.dot(patch.normal));
+      const double weight = patch.weight * (pixels / total) / (round > 0 ? doubt(deviation) : 1);
       weights += weight;
       brightness += weight * relative;
       normals += weight * patch.normal;

@@ -34,6 +34,7 @@ constexpr int kFirstLooks = 2;
 
 void Tracker::Impl::draw_plainly() {
   view_.renderer().set_shading(Eigen::Vector3d::Zero());
+  view_.renderer().set_tone(1);
   view_.renderer().set_light_texels(false);
   view_.renderer().set_lens_blur(0);
 }

@@ -55,6 +55,7 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, boo
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
   view_.renderer().set_shading(look_.lit ? look_.shading.direction() : Eigen::Vector3d::Zero());
+  view_.renderer().set_tone(look_.tone.drawn());
   if (options_.light_texels) view_.renderer().set_light_texels(look_.optics.light_texels.on);
   view_.renderer().set_lens_blur(lens);
   const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure,

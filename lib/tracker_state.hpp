@@ -6,6 +6,7 @@
 
 #include "holdfast/pose.hpp"
 #include "shading.hpp"
+#include "tone_curve.hpp"
 
 namespace holdfast {
 
@@ -80,6 +81,7 @@ struct Look {
   Directions blurred;           ///< whether what blurs the frames is motion
   Shading shading;
   bool lit = true;  ///< it is drawn
+  ToneCurve tone;
   Optics optics;
 
   /// Whether the exposure is known.

@@ -14,9 +14,6 @@ constexpr double kFewPass = 0.8;
 constexpr double kCoarseAngle = 0.8, kCoarseDifference = 0.8, kCoarseVote = 0.5;
 /// Pixels from the last frame's pose, within which what was looked at last is that.
 constexpr double kSameLook = 0.5;
-/// Of a filtered channel of the frame: at least so bright it may be clipped, itself or in part. Frames are compressed,
-/// so that this is 247 of 255.
-constexpr double kSaturated = 0.97;
 constexpr double kNeverSaturated = 2;
 constexpr double kLeastScale = 0.004, kMostScale = 0.1;
 

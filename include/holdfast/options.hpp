@@ -49,6 +49,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   bool robust_weights = true;      ///< Student-t weights on what passes the tests
   bool photometric = true;         ///< gain and bias a channel, global and a tile
   bool shading = true;             ///< draw the view as light falls on it from one side, as learnt from the frames
+  bool tone_curve = true;          ///< and as the camera encodes what the texture's encoded otherwise, if it does
   bool light_texels = true;        ///< average texels as light where the frames show that; false: as encoded values
   bool coarse_color = true;        ///< draw colour as coarse as codecs keep it, where the frames show that
   bool lens_blur = true;           ///< draw the view as blurred as the lens makes it; how much is measured

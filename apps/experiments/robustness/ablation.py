@@ -29,11 +29,13 @@ class Figures:
 
 
 def simulated(bench):
-    """Sequences for this alone: objects, motion, light and occluders of several kinds."""
+    """Sequences for this alone: objects, motion, light, occluders and cameras of several kinds."""
     for name, settings in bench.scenario["ablation"]["sequences"].items():
         changes = dict(settings)
         model = bench.model(changes.pop("object"), changes.pop("object-seed"))
-        yield bench.simulated("ablation-" + name, model, changes)
+        power = changes.pop("power", 1)
+        subject = bench.simulated("ablation-" + name, model, changes)
+        yield subject if power == 1 else bench.changed_frames(subject.name + "-encoded", subject, lambda v: v ** power)
 
 
 def figures_of(bench, name, options, subjects, kinds):
@@ -47,9 +49,14 @@ def figures_of(bench, name, options, subjects, kinds):
     return everything, by_kind
 
 
+def short_name(name):
+    return name.replace("ablation-", "").replace("-encoded", "").replace("_", " ")
+
+
 def part(bench, recorded):
     variants = {"nothing": [], **bench.scenario["ablation"]["parts"]}
-    groups = [(list(simulated(bench)), ["ablation"])]
+    made = list(simulated(bench))
+    groups = [(made, [subject.name for subject in made])]
     if recorded:
         groups.insert(0, (list(recorded.values()), sorted({name.split("_")[0] for name in recorded}, reverse=True)))
     tables = []
@@ -59,8 +66,8 @@ def part(bench, recorded):
             every, by_kind = figures_of(bench, name, options, subjects, kinds)
             rows.append([name, " ".join(options), *(text(s, 1) for s in every.success), every.mean_success(), every.wrong,
                          *(figures.median() for figures in by_kind.values()), text(statistics.median(every.ms))])
-        short = [subject.name.replace("ablation-", "").replace("_", " ") for subject in subjects]
-        medians = ["median{}, mm / deg".format("" if kind == "ablation" else " of " + kind) for kind in kinds]
+        short = [short_name(subject.name) for subject in subjects]
+        medians = ["median of {}, mm / deg".format(short_name(kind)) for kind in kinds]
         tables.append(table(["without", "options", *(s + ", %" for s in short), "mean, %", "held but wrong", *medians,
                              "median ms"], rows))
     return "\n".join(tables)
