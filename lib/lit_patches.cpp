@@ -74,15 +74,15 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
     for (std::size_t column = 0; column < width; column += static_cast<std::size_t>(step)) {
       const std::size_t i = row * width + column;
       if ((classes[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
-      double texture = 0, frame = 0, brightest = 0, value = 0;
+      double texture = 0, frame = 0, value = 0;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         const auto in_view = static_cast<double>(view_value[c][i]), in_frame = static_cast<double>(frame_value[c][i]);
+        value += in_view;
+        if (in_frame >= kSaturated) continue;  // clipped, perhaps: tells of light no more than of motion
         texture += photometry.gain(static_cast<int>(c)) * in_view;
         frame += in_frame;
-        brightest = std::max(brightest, in_frame);
-        value += in_view;
       }
-      if (texture < kDarkest || brightest >= kSaturated) continue;
+      if (texture < kDarkest) continue;
       if (drawn.tone != 1) {
         texture = std::pow(texture, 1 / drawn.tone);
         frame = std::pow(frame, 1 / drawn.tone);
