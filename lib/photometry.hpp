@@ -44,11 +44,13 @@ class Photometry {
     for (double& gain : gain_) gain /= factor;
   }
 
-  /// The view is drawn differently from now on: the object's pair becomes what takes the brightness that is drawn now
-  /// for what the pair made of the one drawn so far. By how much the gain changes.
+  /// Brightness of a view's pixels, in [0, 1].
   struct Drawn {
     double mean = 0, deviation = 0;
   };
+
+  /// The view is drawn differently from now on: the object's pair makes of its brightness `now` what it made of the one
+  /// `before`. Returns the factor that the gain changes by.
   double view_redrawn(const Drawn& before, const Drawn& now);
 
   /// No level has cells of its own any more: before a frame.

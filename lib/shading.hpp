@@ -13,7 +13,7 @@ struct LitPatch {
   double brightness = 0;   ///< of the frame over the texture's
   double weight = 0;       ///< relative
   double log_texture = 0;  ///< natural logarithm of the texture's brightness
-  double drawn = 0;        ///< brightness that the view has there, mean of channels
+  double drawn = 0;        ///< brightness of the view there, as it is drawn, mean of channels, in [0, 1]
 };
 
 /// How much less a patch counts that is off by so much of the mean brightness: highlights, shadows, what is in front,

@@ -11,7 +11,8 @@ namespace holdfast {
 /// its own.
 class ToneCurve {
  public:
-  /// The power that the view is to be drawn with: 1 until the frames show clearly that it is another.
+  /// The power that the view is to be drawn with (above 1: darker): exactly 1 until the frames show clearly that it is
+  /// another.
   double drawn() const { return drawn_; }
 
   /// Takes the patches of one more frame into account, read when it was drawn() so. `shading` is fitted to them.
