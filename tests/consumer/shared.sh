@@ -7,7 +7,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$folder"
 cmake -S "$source" -B "$folder/build" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Debug -DBUILD_SHARED_LIBS=ON \
   -DHOLDFAST_BUILD_APPS=OFF -DCMAKE_INSTALL_PREFIX="$folder/installed"
-cmake --build "$folder/build" --parallel
+cmake --build "$folder/build" --parallel "$(nproc)"
 rm -rf "$folder/installed"
 cmake --install "$folder/build"
 
