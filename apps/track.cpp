@@ -222,6 +222,7 @@ int TrackCommand::run() const {
       completion->update(follower, tracked.frame.image, tracked.result);
     }
   };
+  parts.ahead = [&] { follower.draw_ahead(); };
   parts.write = [&](TrackedFrame& tracked) {
     files.write(tracked);
     figures.add(tracked);

@@ -19,6 +19,7 @@ constexpr double kScoreMemory = 0.2;  ///< weight of a new score
 /// Pixels that the prediction may be off, of a frame and of the one before, to go to the finest level without a
 /// coarser.
 constexpr double kMostSurprise = 2;
+double most_surprise(int finest) { return kMostSurprise * (1 << finest); }
 /// Weight of a new frame in the share of texture that is usually seen.
 constexpr double kShareMemory = 0.02;
 /// Pixels from where its motion leads, beyond which a pose is as doubtful as after a loss.
@@ -116,17 +117,28 @@ void Tracker::Impl::choose_finest_level() {
   finest_ = level;
 }
 
+void Tracker::Impl::prepare_frame() {
+  choose_finest_level();
+  moved_ = !motion_.lost() && expects_motion();
+}
+
+void Tracker::Impl::set_blur() { filter_.set_fine_level(look_.optics.fine_blur.on && !motion_.lost() ? finest_ : -1); }
+
+bool Tracker::Impl::goes_directly() const {
+  // A first pose may be as good as a prediction.
+  const bool expected = course_.fresh() || (motion_.moving() && course_.prediction_error <= most_surprise(finest_));
+  return expected && !motion_.lost();
+}
+
 void Tracker::Impl::remember_score(const Estimate& good) {
   look_.usual_fine_score += (look_.usual_fine_score > 0 ? kScoreMemory : 1) * (good.score - look_.usual_fine_score);
 }
 
 template <typename Frame>
 bool Tracker::Impl::follow_directly(const Frame& frame, const Pose& T_predicted, Estimate& best) {
+  if (!goes_directly()) return false;
   const int finest = finest_;
-  const double most = kMostSurprise * (1 << finest);
-  // A first pose may be as good as a prediction.
-  const bool expected = course_.fresh() || (motion_.moving() && course_.prediction_error <= most);
-  if (motion_.lost() || !expected) return false;
+  const double most = most_surprise(finest);
   const Rect object = view_.bounds(T_predicted);
   if (object.empty()) return false;
   {
@@ -211,7 +223,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
   solved_systems_ = 0;
   first_gradient_pixels_ = 0;
   photometry_.forget_cells();
-  filter_.set_fine_level(look_.optics.fine_blur.on && !motion_.lost() ? finest_ : -1);
+  set_blur();
   FrameResult result;
   Estimate best;
   best.T_camera_object = hypotheses.poses[0];
@@ -224,6 +236,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     bool by_outline = false;
     if (!direct && scope.wanted.empty()) {
       view_.clear();
+      ahead_.reset();
       decided_ = false;
     }
     if (!scope.wanted.empty()) {
@@ -331,14 +344,11 @@ FrameResult Tracker::Impl::track(const Frame& frame) {
   }
   image_.check(frame);  // before anything is taken for seen
   if (by_outline_) return track_outline(frame);
-  const bool search = options_.correlation_search && options_.mode != Mode::paper;
-  choose_finest_level();  // before what is kept is kept: scores of another level mean nothing
+  prepare_frame();  // before what is kept is kept: scores of another level mean nothing
   const Appearance before = appearance();
   const bool colors_known = outline_.colors_known();
-  moved_ = !motion_.lost() && expects_motion();
   expect();
-  FrameResult result =
-      follow(frame, motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper), search);
+  FrameResult result = follow(frame, hypotheses(), searches());
   if (result.status == Status::held) {
     note_stray(result.T_camera_object);
     course_.searching = false;
@@ -449,6 +459,7 @@ void Tracker::reset(const Pose& T_camera_object) {
                     " pixels; check the camera's focal length and centre, and the pose's unit (metres) and axes (x "
                     "right, y down, z forward)");
   }
+  impl_->ahead_.reset();
   impl_->keyframes_.clear();
   impl_->motion_.reset(renormalized(T_camera_object));
   impl_->motion_filter_.clear();
@@ -481,6 +492,10 @@ FrameResult Tracker::track(const DeviceImageView& frame) {
   });
 }
 
+void Tracker::draw_ahead() {
+  with_device_errors("drawing ahead", [&] { impl_->draw_ahead(); });
+}
+
 FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object) {
   return with_device_errors("refining a pose", [&] {
     const FrameInUse in_use(impl_->image_);
@@ -489,6 +504,7 @@ FrameResult Tracker::refine(const ImageView& frame, const Pose& T_camera_object)
 }
 
 void Tracker::set_texture(std::size_t material, const Texture& texture) {
+  impl_->ahead_.reset();
   impl_->view_.renderer().set_texture(material, texture);
   impl_->textured_ = impl_->textured_ || !texture.empty();
   impl_->has_appearance_ = impl_->has_appearance_ || !texture.empty();

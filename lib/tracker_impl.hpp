@@ -71,6 +71,20 @@ struct Tracker::Impl {
 
   template <typename Frame>
   FrameResult follow(const Frame& frame, const MotionModel::Hypotheses& hypotheses, bool search);
+  /// What is known of a frame before it comes.
+  void prepare_frame();
+  /// Where the object may be in it.
+  MotionModel::Hypotheses hypotheses() const {
+    return motion_.hypotheses(options_.predict_velocity, options_.mode != Mode::paper);
+  }
+  /// Draws the view that the next frame is compared with first.
+  void draw_ahead();
+  /// Whether where a frame's gradients fit best is searched for around where the object is expected.
+  bool searches() const { return options_.correlation_search && options_.mode != Mode::paper; }
+  /// Whether the finest level may be enough.
+  bool goes_directly() const;
+  /// Frame and view are blurred from now on as was measured.
+  void set_blur();
   /// Large objects need no full resolution: sets the finest level by the size that the object last had.
   void choose_finest_level();
   /// Goes straight to the finest level from where the object was expected; false when that may not be enough.
@@ -200,7 +214,9 @@ struct Tracker::Impl {
   Matrix6 outline_weight(const ConstraintSums& sums, const OutlineEstimate& outline, const Seen& motion) const;
   /// What the last sums, on the finest level, say of the estimate's covariance and of the object's proportions.
   void measure_spread(Estimate& estimate, const OutlineEstimate* outline = nullptr);
-  /// With `across`, blurred as much at right angles to the motion.
+  /// How it is drawn now; with `across`, blurred as much at right angles to the motion.
+  ViewRequest view_request(const Pose& T_camera_object, int finest, int count, bool across = false) const;
+  /// Draws it so, unless that is what was drawn ahead.
   bool draw(const Pose& T_camera_object, int finest, int count, bool across = false);
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
@@ -326,6 +342,13 @@ struct Tracker::Impl {
   bool started_ = false;
   Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
   StageTimes times_;
+  struct DrawnAhead {
+    ViewRequest request;
+    int fine_level = -1;  ///< of the blur
+    double ms = 0;
+    Pose T_last_view = Pose::Identity();  ///< of the view drawn before, which the last frame was compared with
+  };
+  std::optional<DrawnAhead> ahead_;  ///< the view that is drawn, if for a frame that has not come yet
   int solved_systems_ = 0;
   int finest_drawn_ = 0;
   int finest_ = 0;         ///< level that this frame's pose comes from

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "stopwatch.hpp"
 #include "tracker_impl.hpp"
@@ -32,8 +34,13 @@ double Tracker::Impl::corner_motion(const Pose& T_a, const Pose& T_b) const {
   return holdfast::corner_motion({p_object_center_, radius_}, levels_[0].camera, T_a, T_b);
 }
 
-bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, bool across) {
-  const Stopwatch watch(times_.filter);
+ViewRequest Tracker::Impl::view_request(const Pose& T_camera_object, int finest, int count, bool across) const {
+  ViewRequest request;
+  request.T_camera_object = T_camera_object;
+  request.finest = finest;
+  request.count = count;
+  request.grey = image_.grey();
+  request.coarse_color = options_.coarse_color && look_.optics.coarse_color.on;
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((look_.surviving_share - 0.2) / 0.3, 0.0, 1.0);
   // The lens carries what is behind the object farther in.
@@ -41,30 +48,68 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, boo
   const double sigma = filter_.sigma(finest);
   const double wider = sigma > 0 ? std::hypot(1.0, lens / sigma) : 1.0;
   const double full = coverage_at_margin(options_.silhouette_margin, wider, sigma);
-  ViewTemplate::Margin margin;
+  Margin& margin = request.margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = options_.depth_jump;
   // The lens blurs the step of brightness between faces as light, which moves it.
   if (faceted_ && relaxed > 0.5) margin.bend = kBend;
   margin.jump_reach = relaxed > 0.5 ? std::max(1, options_.silhouette_margin) : 1;
-  Exposure exposure;
   if (options_.motion_blur && moved_ && look_.exposure > 0) {
+    Exposure& exposure = request.exposure;
     exposure.twist = look_.exposure * log_se3(T_camera_object * motion_.pose().inverse());
     exposure.light = look_.exposed_light;
     exposure.across = across;
     exposure.pixels = look_.exposure * corner_motion(motion_.pose(), T_camera_object);
   }
-  view_.renderer().set_shading(look_.lit ? look_.shading.direction() : Eigen::Vector3d::Zero());
-  view_.renderer().set_tone(look_.tone.drawn());
-  if (options_.light_texels) view_.renderer().set_light_texels(look_.optics.light_texels.on);
-  view_.renderer().set_lens_blur(lens);
-  const bool drawn = view_.enqueue(T_camera_object, finest, count, image_.grey(), margin, exposure,
-                                   options_.coarse_color && look_.optics.coarse_color.on);
-  times_.render += view_.render_ms();
-  times_.filter -= view_.render_ms();
+  if (look_.lit) request.shading = look_.shading.direction();
+  request.tone = look_.tone.drawn();
+  request.light_texels = options_.light_texels && look_.optics.light_texels.on;
+  request.lens_blur = lens;
+  return request;
+}
+
+bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, bool across) {
+  const Stopwatch watch(times_.filter);
+  const ViewRequest request = view_request(T_camera_object, finest, count, across);
   finest_drawn_ = finest;
   decided_ = false;
+  const std::optional<DrawnAhead> ahead = std::exchange(ahead_, {});
+  if (ahead && ahead->fine_level == filter_.fine_level() && ahead->request == request) {
+    times_.ahead = ahead->ms;
+    return true;
+  }
+  const bool drawn = view_.enqueue(request);
+  times_.render += view_.render_ms();
+  times_.filter -= view_.render_ms();
   return drawn;
+}
+
+void Tracker::Impl::draw_ahead() {
+  ahead_.reset();
+  // A first frame's light, a loss and faint texture ask for more than one view, and not for this one first.
+  if (!started_ || by_outline_ || course_.faint || course_.fresh() || motion_.lost()) return;
+  DrawnAhead ahead;
+  ahead.T_last_view = view_.T_camera_object();
+  {
+    const Stopwatch watch(ahead.ms);
+    prepare_frame();
+    const MotionModel::Hypotheses hypotheses = this->hypotheses();
+    const Pose& T_predicted = hypotheses.poses[0];
+    int finest = finest_, count = 1;
+    if (options_.mode != Mode::paper && !(searches() && goes_directly())) {
+      const Scope scope = this->scope(hypotheses, searches());
+      if (scope.coarse()) {
+        finest = scope.coarse_finest;
+        count = scope.coarsest - scope.coarse_finest + 1;
+      }
+    }
+    set_blur();
+    if (!draw(T_predicted, finest, count)) return;
+    device_.impl().queue.flush();
+    ahead.request = view_request(T_predicted, finest, count);
+    ahead.fine_level = filter_.fine_level();
+  }
+  ahead_ = ahead;
 }
 
 Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <tuple>
 
 namespace holdfast {
 namespace {
@@ -17,6 +18,15 @@ constexpr double kPixelsATap = 2.0;
 constexpr double kColorVariance = 1, kLeastColorVariance = 0.1;
 
 }  // namespace
+
+bool ViewRequest::operator==(const ViewRequest& other) const {
+  const auto rest = [](const ViewRequest& r) {
+    return std::tie(r.finest, r.count, r.grey, r.coarse_color, r.margin, r.exposure, r.tone, r.light_texels,
+                    r.lens_blur);
+  };
+  return T_camera_object.matrix() == other.T_camera_object.matrix() && shading == other.shading &&
+         rest(*this) == rest(other);
+}
 
 ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
                            const std::vector<Level>& levels, ImageFilter& filter, const RendererOptions& options)
@@ -77,10 +87,12 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-                           const Exposure& exposure, bool coarse_color) {
-  const Rect object = bounds(T_camera_object);
-  T_camera_object_ = T_camera_object;
+bool ViewTemplate::enqueue(const ViewRequest& request) {
+  const int finest = request.finest, count = request.count;
+  const Exposure& exposure = request.exposure;
+  const Margin& margin = request.margin;
+  const Rect object = bounds(request.T_camera_object);
+  T_camera_object_ = request.T_camera_object;
   render_ms_ = 0;
   for (auto& planes : planes_) planes.tiles = {};
   if (object.empty()) return false;
@@ -94,12 +106,17 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   if (rect.empty()) return false;
 
   const auto start = std::chrono::steady_clock::now();
+  renderer_.set_shading(request.shading);
+  renderer_.set_tone(request.tone);
+  renderer_.set_light_texels(request.light_texels);
+  renderer_.set_lens_blur(request.lens_blur);
   const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
   // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
   // frame meanwhile.
   if (copied_()) copied_.wait();
-  const DepthRange range = range_ = renderer_.render(
-      T_camera_object, level.camera, rect, {host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
+  const DepthRange range = range_ =
+      renderer_.render(request.T_camera_object, level.camera, rect,
+                       {host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
   device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
@@ -111,11 +128,11 @@ bool ViewTemplate::enqueue(const Pose& T_camera_object, int finest, int count, b
   kernel::hf_view view{};
   view.stride = rect.width;
   view.height = rect.height;
-  view.grey = grey ? 1 : 0;
+  view.grey = request.grey ? 1 : 0;
   view.near_plane = static_cast<float>(range.near_plane);
   view.far_plane = static_cast<float>(range.far_plane);
   const double color_variance = kColorVariance / (1 << (2 * finest));
-  coarse_color = coarse_color && !grey && color_variance >= kLeastColorVariance;
+  const bool coarse_color = request.coarse_color && !request.grey && color_variance >= kLeastColorVariance;
   view.color_variance = static_cast<float>(color_variance);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
   // Strips filter the render as it comes where nothing else is to be made of it.

@@ -18,6 +18,37 @@ struct Exposure {
   double pixels = 0;    ///< longest way of a point in the image, pixels of level 0
   bool light = false;   ///< light adds up, as in a camera; otherwise encoded values do, as in many a simulated frame
   bool across = false;  ///< blurred as much at right angles to the motion: what no motion does
+
+  bool operator==(const Exposure&) const = default;
+};
+
+/// What is dropped at the silhouette and at depth jumps.
+struct Margin {
+  double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
+  double depth_jump = 0.02;     ///< relative step in depth
+  int jump_reach = 1;           ///< pixels from a jump
+  double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
+
+  bool operator==(const Margin&) const = default;
+};
+
+/// All that decides how a view looks, but for the mesh and its textures.
+struct ViewRequest {
+  Pose T_camera_object = Pose::Identity();
+  int finest = 0;  ///< level at whose resolution it is drawn
+  int count = 1;   ///< levels from there on
+  bool grey = false;
+  bool coarse_color = false;  ///< colour has half the resolution of brightness (equation 6b of docs/math.md)
+  Margin margin;
+  Exposure exposure;
+  // As the Renderer's functions of these names take them.
+  Eigen::Vector3d shading = Eigen::Vector3d::Zero();
+  double tone = 1;
+  bool light_texels = false;
+  double lens_blur = 0;
+
+  /// Whether they are drawn alike, bit by bit.
+  bool operator==(const ViewRequest& other) const;
 };
 
 /// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.
@@ -37,19 +68,9 @@ class ViewTemplate {
   /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
   Rect bounds(const Pose& T_camera_object) const;
 
-  /// What is dropped at the silhouette and at depth jumps.
-  struct Margin {
-    double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
-    double depth_jump = 0.02;     ///< relative step in depth
-    int jump_reach = 1;           ///< pixels from a jump
-    double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
-  };
-
-  /// Draws the view at the resolution of level `finest` and fills `count` levels from there on. With
-  /// `coarse_color` colour has half the resolution of brightness (equation 6b of docs/math.md). Returns false when the
-  /// object is out of view. The call draws at once and enqueues the rest.
-  bool enqueue(const Pose& T_camera_object, int finest, int count, bool grey, const Margin& margin,
-               const Exposure& exposure = {}, bool coarse_color = false);
+  /// Draws a view and fills its levels. Returns false when the object is out of view. The call draws at once and
+  /// enqueues the rest. Throws as the Renderer does.
+  bool enqueue(const ViewRequest& request);
 
   /// As if nothing had been drawn yet.
   void clear();

@@ -107,9 +107,11 @@ struct LitBall {
 
   /// Of the ball drawn unlit, or in this light.
   std::span<const LitPatch> read(const Shading& shading, bool drawn, int every, double tone = 1) {
-    if (drawn) view.renderer().set_shading(shading.direction());
-    view.renderer().set_tone(tone);
-    REQUIRE(view.enqueue(T_camera_object, 0, 1, false, {}));
+    ViewRequest request;
+    request.T_camera_object = T_camera_object;
+    if (drawn) request.shading = shading.direction();
+    request.tone = tone;
+    REQUIRE(view.enqueue(request));
     photometry.enqueue_upload(0, view.planes(0).tiles);
     kernel::hf_warp warp = make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
     warp.every = every;

@@ -19,7 +19,10 @@ double tilt_error(const Pose& T_camera_object, int level) {
   const auto levels = make_levels(kRenderCamera, 2);
   ImageFilter filter(device.impl(), 1.0);
   ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
-  REQUIRE(view.enqueue(T_camera_object, level, 1, false, {}));
+  ViewRequest request;
+  request.T_camera_object = T_camera_object;
+  request.finest = level;
+  REQUIRE(view.enqueue(request));
   const auto normal = view.mean_normal();
   REQUIRE(normal.has_value());
   const Eigen::Vector3d axis = T_camera_object.linear().col(2);
@@ -44,6 +47,8 @@ TEST_CASE("an object that is a few pixels large has no plane") {
   const auto levels = make_levels(kRenderCamera, 2);
   ImageFilter filter(device.impl(), 1.0);
   ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
-  REQUIRE(view.enqueue(pose_at({0, 0, 15}), 0, 1, false, {}));
+  ViewRequest request;
+  request.T_camera_object = pose_at({0, 0, 15});
+  REQUIRE(view.enqueue(request));
   CHECK_FALSE(view.mean_normal().has_value());
 }

@@ -83,7 +83,8 @@ ordered_json frame_json(const TrackedFrame& tracked) {
             {"filter", result.ms.filter},
             {"search", result.ms.search},
             {"solve", result.ms.solve},
-            {"total", result.ms.total}}},
+            {"total", result.ms.total},
+            {"ahead", result.ms.ahead}}},
           {"information", std::move(information)}};
 }
 
@@ -110,7 +111,8 @@ ordered_json summary_json(const RunSummary& summary) {
             {"render", summary.mean_ms.render},
             {"filter", summary.mean_ms.filter},
             {"search", summary.mean_ms.search},
-            {"solve", summary.mean_ms.solve}}}};
+            {"solve", summary.mean_ms.solve},
+            {"ahead", summary.mean_ms.ahead}}}};
 }
 
 }  // namespace

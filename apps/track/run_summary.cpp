@@ -20,11 +20,12 @@ void add_times(StageTimes& sum, const StageTimes& ms) {
   sum.search += ms.search;
   sum.solve += ms.solve;
   sum.total += ms.total;
+  sum.ahead += ms.ahead;
 }
 
 StageTimes divided(const StageTimes& sum, double count) {
-  return {sum.upload / count, sum.render / count, sum.filter / count,
-          sum.search / count, sum.solve / count,  sum.total / count};
+  return {sum.upload / count, sum.render / count, sum.filter / count, sum.search / count,
+          sum.solve / count,  sum.total / count,  sum.ahead / count};
 }
 
 std::string text_of(const std::vector<FrameRange>& ranges) {
@@ -113,9 +114,10 @@ std::string summary_text(const RunSummary& summary) {
       "side: {} is the slowest\n",
       summary.frames_per_second, summary.read_ms, summary.track_ms, summary.write_ms, slowest_part(summary));
   text += fmt::format(
-      "  tracking upload {:.2f}, render {:.2f}, filter {:.2f}, search {:.2f}, solve {:.2f}, other {:.2f} ms\n",
+      "  tracking upload {:.2f}, render {:.2f}, filter {:.2f}, search {:.2f}, solve {:.2f}, other {:.2f} ms{}\n",
       ms.upload, ms.render, ms.filter, ms.search, ms.solve,
-      std::max(0.0, ms.total - ms.upload - ms.render - ms.filter - ms.search - ms.solve));
+      std::max(0.0, ms.total - ms.upload - ms.render - ms.filter - ms.search - ms.solve),
+      ms.ahead > 0 ? fmt::format("; {:.2f} before the frame came", ms.ahead) : "");
   return text;
 }
 

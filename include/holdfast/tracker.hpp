@@ -27,6 +27,7 @@ struct StageTimes {
   double search = 0;  ///< coarse correlation search
   double solve = 0;   ///< occlusion tests, flow constraints, reduction and solution, all iterations
   double total = 0;
+  double ahead = 0;  ///< that draw_ahead() took for this frame, before it came: part of no other
 };
 
 struct FrameResult {
@@ -101,6 +102,11 @@ class HOLDFAST_EXPORT Tracker {
   /// and Error(invalid_argument) before the first reset().
   FrameResult track(const ImageView& frame);
   FrameResult track(const DeviceImageView& frame);
+
+  /// Draws, while there is no next frame yet, the view that it will be compared with first, so that track() answers
+  /// sooner; what it finds is the same. Where what is drawn first hangs on more than is known, as after a loss, it does
+  /// nothing. For after the last frame's pixel_mask(), which draws once more what was drawn ahead of.
+  void draw_ahead();
 
   /// As track(), without prediction, search or moving on: refines the pose given on this frame. What track() finds
   /// next is what it would have found anyway. Throws as track() and, for a pose that is no rigid motion, Error(pose).

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -29,6 +31,13 @@ class Run {
     frame_ = (frame_ + 1) % scene_.images.size();
     if (result.status == Status::lost) tracker_.reset(scene_.T_camera_object[frame_]);
     return result;
+  }
+
+  /// What the next frame is compared with first is drawn, and some time passes, as between a camera's frames.
+  FrameResult next_drawn_ahead() {
+    tracker_.draw_ahead();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return next();
   }
 
   /// From a pose half a pixel off the true one: the same for whatever is compared.
@@ -59,7 +68,7 @@ void track_frames(benchmark::State& state, Run& run, const Next& next) {
     double (*of)(const FrameResult& result);
     std::vector<double> values;
   };
-  std::array<Figure, 10> figures{{
+  std::array<Figure, 11> figures{{
       {"frame_ms", [](const FrameResult& r) { return r.ms.total; }, {}},
       {"without_render_ms", [](const FrameResult& r) { return r.ms.total - r.ms.render; }, {}},
       {"upload_ms", [](const FrameResult& r) { return r.ms.upload; }, {}},
@@ -67,6 +76,7 @@ void track_frames(benchmark::State& state, Run& run, const Next& next) {
       {"filter_ms", [](const FrameResult& r) { return r.ms.filter; }, {}},
       {"search_ms", [](const FrameResult& r) { return r.ms.search; }, {}},
       {"solve_ms", [](const FrameResult& r) { return r.ms.solve; }, {}},
+      {"ahead_ms", [](const FrameResult& r) { return r.ms.ahead; }, {}},
       {"solutions", [](const FrameResult& r) { return static_cast<double>(r.iterations); }, {}},
       {"used", [](const FrameResult& r) { return static_cast<double>(r.used_pixels); }, {}},
       {"visible", [](const FrameResult& r) { return static_cast<double>(r.visible_pixels); }, {}},
@@ -84,6 +94,7 @@ void track_frames(benchmark::State& state, Run& run, const Next& next) {
 }
 
 constexpr auto kTrack = [](Run& run) { return run.next(); };
+constexpr auto kTrackDrawnAhead = [](Run& run) { return run.next_drawn_ahead(); };
 constexpr auto kRefine = [](Run& run) { return run.next_refined(); };
 
 /// `pieces`: the mesh's triangles are cut into pieces x pieces.
@@ -119,7 +130,9 @@ const std::array<NamedMode, 3>& modes() {
 void register_frames(Scenes& scenes) {
   for (const FrameSize& size : kFrameSizes) {
     for (const NamedMode& mode : modes()) {
-      register_frame(std::string("frame/") + mode.name + "/" + size.name(), scenes, size.scene(), mode.options, kTrack);
+      const std::string name = std::string(mode.name) + "/" + size.name();
+      register_frame("frame/" + name, scenes, size.scene(), mode.options, kTrack);
+      register_frame("ahead/" + name, scenes, size.scene(), mode.options, kTrackDrawnAhead);
     }
     register_frame("frame/published/" + size.name(), scenes, size.scene(), TrackerOptions::published(), kTrack);
   }

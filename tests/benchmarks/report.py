@@ -65,6 +65,19 @@ def frames(result):
                "no render/(a)", "CPU", "CPU/(a)", "lost", "worst mm"], rows)
 
 
+def drawn_ahead(result):
+    rows = []
+    for threads, runs in result["threads"].items():
+        for size in SIZES:
+            for mode in MODES:
+                whole, run = runs[f"frame/{mode}/{size}"]["frame_ms"], runs[f"ahead/{mode}/{size}"]
+                a = reference(runs, size)
+                rows.append([f"{mode} {size}, {threads_text(threads)}", f"{run['ahead_ms']:.2f}", f"{run['frame_ms']:.2f}",
+                             f"{run['frame_ms'] / whole:.2f}", f"{run['frame_ms'] / a:.2f}"])
+    table("Drawn ahead: ms before a frame comes, and from the frame to its pose",
+          ["", "before", "from the frame", "of a whole frame", "/(a)"], rows)
+
+
 def limits(result):
     rows = []
     for threads, runs in result["threads"].items():
@@ -164,6 +177,7 @@ def main(paths):
     print(f"{machine['device']}; {machine['num_cpus']} cores, load {machine['load_avg'][0]:.1f} at the end;"
           f" {machine['date']}\n")
     frames(result)
+    drawn_ahead(result)
     limits(result)
     occlusion(result)
     first(result)

@@ -109,7 +109,7 @@ def main():
     environments = {1: one_thread(holdfast), 2: None}
     for threads in counts:
         print(f"bench: whole frames, {threads} thread{'s' if threads > 1 else ''}", flush=True)
-        run = run_benchmarks(program, threads, "frame/|opencv/|limit/|occlusion/", arguments.repetitions,
+        run = run_benchmarks(program, threads, "frame/|ahead/|opencv/|limit/|occlusion/", arguments.repetitions,
                              environments[threads])
         result["machine"] = {key: run["context"][key] for key in ("num_cpus", "mhz_per_cpu", "load_avg", "date")}
         result["machine"]["device"] = run["context"]["device"]
