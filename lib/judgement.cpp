@@ -26,6 +26,8 @@ constexpr double kOrdinaryShare = 0.8;
 /// What it takes to be held on to with less than `lost_visible_share`: pixels that agree very well and say of every
 /// motion more than was expected anyway (object radii and radians, standard deviation; expected are 0.05).
 constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
+/// Of fewer pixels share and correlation are chance.
+constexpr double kHandful = 100;
 /// Motion blur and motion that explain why a frame agrees little, pixels.
 constexpr double kStrongBlur = 8, kFastMotion = 15;
 /// More blur than this leaves nothing to be seen: the motion it is told from is wrong.
@@ -83,6 +85,7 @@ bool is_good(const Estimate& estimate, const TrackerOptions& options, const Stan
   if (share < options.lost_visible_share)
     return !standing.lost_before && !standing.surprising && is_sure_sliver(estimate);
   if (!standing.lost_before) {
+    if (estimate.sums.used < kHandful && !is_turn_sure()) return false;
     return !standing.surprising ||
            (is_turn_sure() &&
             (is_probable(estimate) || (share >= kSurprisingShare && estimate.correlation >= kSurprisingCorrelation)));
@@ -160,7 +163,10 @@ Verdict judge(const Estimate& estimate, const TrackerOptions& options, const Cir
     return {Status::lost, why_little_agrees(estimate, circumstances)};
   }
   if (estimate.correlation < options.lost_correlation) return {Status::lost, "the frame does not look like the model"};
-  if (!circumstances.lost_before) return {Status::lost, "occluded, or motion too fast"};
+  if (!circumstances.lost_before) {
+    return {Status::lost,
+            estimate.sums.used < kHandful ? "next to no texture in view" : "occluded, or motion too fast"};
+  }
   return {Status::lost, "lost before, and not surely found again"};
 }
 

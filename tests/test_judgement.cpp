@@ -111,6 +111,21 @@ TEST_CASE("a sliver of an object that was held is held on to when it is sure") {
   CHECK(judge(sliver, {}, lost).status == Status::lost);
 }
 
+TEST_CASE("a handful of pixels that agree hold an object only where they tell its orientation") {
+  Estimate estimate = fine();
+  estimate.sums.gradient = 110;
+  for (const double used : {20.0, 60.0, 99.0, 101.0}) {
+    CAPTURE(used);
+    estimate.sums.used = used;
+    estimate.covariance = 1e-2 * Matrix6::Identity();  // of 6 degrees
+    const Verdict unsure = judge(estimate, {}, usual());
+    CHECK((unsure.status == Status::lost) == (used < 100));
+    if (used < 100) CHECK(unsure.reason == "next to no texture in view");
+    estimate.covariance = 1e-4 * Matrix6::Identity();
+    CHECK(judge(estimate, {}, usual()).status == Status::held);
+  }
+}
+
 TEST_CASE("to be found again takes more than to be held on to") {
   Estimate estimate = fine();
   estimate.sums.used = 1250;
