@@ -234,11 +234,7 @@ FrameResult Tracker::Impl::follow(const Frame& frame, const MotionModel::Hypothe
     const Scope scope = direct ? Scope{} : this->scope(hypotheses, search);
     OutlineEstimate outline;
     bool by_outline = false;
-    if (!direct && scope.wanted.empty()) {
-      view_.clear();
-      ahead_.reset();
-      decided_ = false;
-    }
+    if (!direct && scope.wanted.empty()) forget_view();
     if (!scope.wanted.empty()) {
       {
         const Stopwatch watch(times_.upload);

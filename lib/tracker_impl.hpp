@@ -216,8 +216,13 @@ struct Tracker::Impl {
   void measure_spread(Estimate& estimate, const OutlineEstimate* outline = nullptr);
   /// How it is drawn now; with `across`, blurred as much at right angles to the motion.
   ViewRequest view_request(const Pose& T_camera_object, int finest, int count, bool across = false) const;
-  /// Draws it so, unless that is what was drawn ahead.
-  bool draw(const Pose& T_camera_object, int finest, int count, bool across = false);
+  bool draw(const Pose& T_camera_object, int finest, int count, bool across = false) {
+    return draw(view_request(T_camera_object, finest, count, across));
+  }
+  /// Draws a view, unless it is what was drawn ahead.
+  bool draw(const ViewRequest& request);
+  /// As if nothing had been drawn yet.
+  void forget_view();
   kernel::hf_constraints constraint_options(int level) const;
   Conditioning conditioning() const;
   /// Whether motion goes on as it changes, and its expectation counts: not in the paper's tracker as published.
@@ -340,13 +345,13 @@ struct Tracker::Impl {
   std::vector<TileEquations> equations_;       ///< of the tiles, in the last estimate
   std::vector<TileEquations> block_strip_;     ///< working memory of score_covariance()
   bool started_ = false;
-  Pose D_last_ = Pose::Identity();  ///< of the last sums, from the view that is drawn
+  Pose T_compared_ = Pose::Identity();  ///< of the view that a frame was compared with last
+  Pose D_last_ = Pose::Identity();      ///< of the last sums, from the view that is drawn
   StageTimes times_;
   struct DrawnAhead {
     ViewRequest request;
     int fine_level = -1;  ///< of the blur
     double ms = 0;
-    Pose T_last_view = Pose::Identity();  ///< of the view drawn before, which the last frame was compared with
   };
   std::optional<DrawnAhead> ahead_;  ///< the view that is drawn, if for a frame that has not come yet
   int solved_systems_ = 0;

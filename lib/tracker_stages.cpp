@@ -68,10 +68,10 @@ ViewRequest Tracker::Impl::view_request(const Pose& T_camera_object, int finest,
   return request;
 }
 
-bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, bool across) {
+bool Tracker::Impl::draw(const ViewRequest& request) {
   const Stopwatch watch(times_.filter);
-  const ViewRequest request = view_request(T_camera_object, finest, count, across);
-  finest_drawn_ = finest;
+  T_compared_ = request.T_camera_object;
+  finest_drawn_ = request.finest;
   decided_ = false;
   const std::optional<DrawnAhead> ahead = std::exchange(ahead_, {});
   if (ahead && ahead->fine_level == filter_.fine_level() && ahead->request == request) {
@@ -84,12 +84,18 @@ bool Tracker::Impl::draw(const Pose& T_camera_object, int finest, int count, boo
   return drawn;
 }
 
-void Tracker::Impl::draw_ahead() {
+void Tracker::Impl::forget_view() {
+  view_.clear();
   ahead_.reset();
+  T_compared_ = Pose::Identity();
+  decided_ = false;
+}
+
+void Tracker::Impl::draw_ahead() {
   // A first frame's light, a loss and faint texture ask for more than one view, and not for this one first.
-  if (!started_ || by_outline_ || course_.faint || course_.fresh() || motion_.lost()) return;
+  if (ahead_ || !started_ || by_outline_ || course_.faint || course_.fresh() || motion_.lost()) return;
   DrawnAhead ahead;
-  ahead.T_last_view = view_.T_camera_object();
+  bool drawn = false;
   {
     const Stopwatch watch(ahead.ms);
     prepare_frame();
@@ -104,12 +110,14 @@ void Tracker::Impl::draw_ahead() {
       }
     }
     set_blur();
-    if (!draw(T_predicted, finest, count)) return;
-    device_.impl().queue.flush();
     ahead.request = view_request(T_predicted, finest, count);
     ahead.fine_level = filter_.fine_level();
+    const Pose T_compared = T_compared_;
+    drawn = draw(ahead.request);
+    T_compared_ = T_compared;
+    device_.impl().queue.flush();
   }
-  ahead_ = ahead;
+  if (drawn) ahead_ = ahead;
 }
 
 Estimate Tracker::Impl::iterate(int level, Pose& D, int iterations, double most_motion,

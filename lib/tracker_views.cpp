@@ -49,9 +49,7 @@ RenderedView Tracker::rendered_view() const {
   RenderedView view;
   view.width = impl.camera_.width;
   view.height = impl.camera_.height;
-  view.T_camera_object = impl.last_by_outline_ ? impl.T_shown_
-                         : impl.ahead_         ? impl.ahead_->T_last_view
-                                               : impl.view_.T_camera_object();
+  view.T_camera_object = impl.last_by_outline_ ? impl.T_shown_ : impl.T_compared_;
   const std::size_t count = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   view.rgba.assign(count * 4, 0);
   view.depth.assign(count, 1.0f);

@@ -72,7 +72,7 @@ void Tracker::Impl::warm_up() {
     }
   }
   device_.impl().queue.finish();
-  view_.clear();
+  forget_view();
   photometry_.reset();
   motion_ = MotionModel({p_object_center_, radius_}, expects_motion());
   look_ = {};

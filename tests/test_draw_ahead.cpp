@@ -106,6 +106,8 @@ TEST_CASE("what is asked of a tracker after it has drawn ahead is answered as ev
   SUBCASE("twice") {
     trackers.one.draw_ahead();
     trackers.one.draw_ahead();
+    CHECK(trackers.one.rendered_view().T_camera_object.matrix() ==
+          trackers.other.rendered_view().T_camera_object.matrix());
     CHECK(next().ms.ahead > 0);
   }
   SUBCASE("another texture") {
@@ -113,6 +115,7 @@ TEST_CASE("what is asked of a tracker after it has drawn ahead is answered as ev
     for (std::uint8_t& value : other.rgba) value = static_cast<std::uint8_t>(value / 2 + 100);
     trackers.one.draw_ahead();
     for (Tracker* tracker : {&trackers.one, &trackers.other}) tracker->set_texture(0, other);
+    CHECK(trackers.one.rendered_view().rgba == trackers.other.rendered_view().rgba);
     CHECK(next().ms.ahead == 0);
   }
   SUBCASE("reset()") {

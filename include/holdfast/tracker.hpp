@@ -103,9 +103,9 @@ class HOLDFAST_EXPORT Tracker {
   FrameResult track(const ImageView& frame);
   FrameResult track(const DeviceImageView& frame);
 
-  /// Draws, while there is no next frame yet, the view that it will be compared with first, so that track() answers
-  /// sooner; what it finds is the same. Where what is drawn first hangs on more than is known, as after a loss, it does
-  /// nothing. For after the last frame's pixel_mask(), which draws once more what was drawn ahead of.
+  /// Draws, while the next frame is waited for, the view that it will be compared with first: track() then answers
+  /// sooner, and finds the same. Does nothing where more must be known than is, as before the first frame and after a
+  /// loss. Called after pixel_mask(), which otherwise draws the last frame's view again in its place.
   void draw_ahead();
 
   /// As track(), without prediction, search or moving on: refines the pose given on this frame. What track() finds
