@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>
@@ -10,7 +11,6 @@
 
 #include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"
-#include "support/check_error.hpp"
 #include "support/paper_box.hpp"
 #include "support/simulated.hpp"
 
@@ -65,20 +65,25 @@ TEST_CASE("what is drawn ahead is what would be drawn, slow or fast, in every mo
       CAPTURE(speed);
       Pair trackers(box(), sequence, options);
       int drawn_ahead = 0;
+      bool held = false;  // the frame before
       for (std::size_t i = 0; i < frames.size(); ++i) {
         CAPTURE(i);
         const FrameResult result = trackers.track(view_of(frames[i]));
-        drawn_ahead += result.ms.ahead > 0 ? 1 : 0;
-        if (name == "published" && result.ms.ahead > 0) CHECK(result.ms.render == 0);  // it draws once
+        const bool ahead = result.ms.ahead > 0;
+        drawn_ahead += ahead ? 1 : 0;
+        // Not the first, and none after a loss; where fast motion leads paper mode astray there may be none to draw.
+        if (!held) CHECK_FALSE(ahead);
+        if (held && (speed < 5 || options.mode != Mode::paper)) CHECK(ahead);
+        held = result.status == Status::held;
+        if (name == "published" && ahead) CHECK(result.ms.render == 0);  // it draws once
         CHECK(trackers.one.pixel_mask().classes == trackers.other.pixel_mask().classes);
         trackers.one.draw_ahead();
         const RenderedView view = trackers.one.rendered_view(), last = trackers.other.rendered_view();
         CHECK(view.T_camera_object.matrix() == last.T_camera_object.matrix());
         CHECK(view.rgba == last.rgba);
       }
-      // Not the first; and none after a loss, as fast motion brings paper mode.
       if (speed < 5) CHECK(drawn_ahead == kFrames - 1);
-      if (name == "default" || name == "fast") CHECK(drawn_ahead >= kFrames / 2);
+      if (name == "default" || name == "fast") CHECK(drawn_ahead == kFrames - 1);
     }
   }
 }
@@ -93,7 +98,7 @@ TEST_CASE("what is asked of a tracker after it has drawn ahead is answered as ev
   next();
   trackers.one.draw_ahead();
   const PixelMask mask = trackers.one.pixel_mask();
-  CHECK(std::count(mask.classes.begin(), mask.classes.end(), 6) > 1000);
+  CHECK(std::count(mask.classes.begin(), mask.classes.end(), static_cast<std::uint8_t>(PixelClass::used)) > 1000);
   CHECK(next().ms.ahead == 0);  // the last view was drawn again for the mask
 
   SUBCASE("refine()") {
