@@ -6,10 +6,12 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -173,11 +175,18 @@ int TrackCommand::run() const {
   FrameSource source(input, source_options());
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
+  const Pose T_camera_object = init.load();
+  // OpenCL's drivers are loaded while the model is; what is missing is said first, since compiling the kernels, which
+  // they do once a machine, cannot be broken off.
+  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
+  std::error_code unknown;
+  const bool there = fs::exists(model.path, unknown);
+  std::future<Device> opened =
+      std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
   Mesh mesh = model.load();
   if (completed_model.empty()) {
     require_named_materials(mesh, model.path);
   }
-  const Pose T_camera_object = init.load();
   warn_about_units(mesh, T_camera_object, calibrated);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
@@ -188,8 +197,7 @@ int TrackCommand::run() const {
     completion.emplace(mesh, calibrated, first_frame->image, T_camera_object, completing);
     mesh = completion->model();
   }
-  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
-  Tracker follower(mesh, calibrated, options, device.open());
+  Tracker follower(mesh, calibrated, options, opened.get());
   follower.reset(T_camera_object);
   notice.reset();
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.

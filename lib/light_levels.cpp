@@ -1,9 +1,11 @@
 #include "light_levels.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 namespace holdfast {
 namespace {
@@ -39,7 +41,7 @@ std::vector<Taps> taps(int size, int half_size, bool repeat) {
 }
 
 /// A row of light, weighted by alpha, and of what that weighs.
-using Row = std::vector<std::array<float, 4>>;
+using Row = std::vector<Eigen::Array4f>;
 
 Texture halved(const Texture& source, bool repeat, const LightEncoding& encoding) {
   Texture half;
@@ -49,16 +51,24 @@ Texture halved(const Texture& source, bool repeat, const LightEncoding& encoding
   const std::vector<Taps> rows = taps(source.height, half.height, repeat);
   half.rgba.resize(columns.size() * rows.size() * 4);
 
+  std::array<float, 256> light_of{};
+  for (std::size_t i = 0; i < light_of.size(); ++i) {
+    light_of[i] = static_cast<float>(encoding.light(static_cast<std::uint8_t>(i)));
+  }
+  Row light(static_cast<std::size_t>(source.width));
   const auto along = [&](int row, Row& line) {
-    const std::uint8_t* texels =
-        source.rgba.data() + static_cast<std::size_t>(row) * static_cast<std::size_t>(source.width) * 4;
+    const std::uint8_t* texel = source.rgba.data() + static_cast<std::size_t>(row) * light.size() * 4;
+    for (Eigen::Array4f& lit : light) {
+      const float weight = static_cast<float>(texel[3]) * (1.0F / 255) + kUnseen;
+      // One by one, where they stay: put together first they would be waited for on their way through memory.
+      for (int c = 0; c < 3; ++c) lit[c] = weight * light_of[texel[c]];
+      lit[3] = weight;
+      texel += 4;
+    }
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      std::array<float, 4> sum{};
+      Eigen::Array4f sum = Eigen::Array4f::Zero();
       for (std::size_t k = 0; k < columns[i].count; ++k) {
-        const std::uint8_t* texel = texels + static_cast<std::size_t>(columns[i].texels[k]) * 4;
-        const float weight = columns[i].weights[k] * (static_cast<float>(texel[3]) / 255 + kUnseen);
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += weight * static_cast<float>(encoding.light(texel[c]));
-        sum[3] += weight;
+        sum += columns[i].weights[k] * light[static_cast<std::size_t>(columns[i].texels[k])];
       }
       line[i] = sum;
     }
@@ -73,20 +83,17 @@ Texture halved(const Texture& source, bool repeat, const LightEncoding& encoding
   Row sum(columns.size());
   std::uint8_t* out = half.rgba.data();
   for (const Taps& tap : rows) {
-    std::fill(sum.begin(), sum.end(), std::array<float, 4>{});
+    std::fill(sum.begin(), sum.end(), Eigen::Array4f::Zero());
     for (std::size_t k = 0; k < tap.count; ++k) {
       Held& one = held[static_cast<std::size_t>(tap.texels[k]) % held.size()];
       if (one.row != tap.texels[k]) along(tap.texels[k], one.line);
       one.row = tap.texels[k];
-      for (std::size_t i = 0; i < sum.size(); ++i) {
-        for (std::size_t c = 0; c < 4; ++c) sum[i][c] += tap.weights[k] * one.line[i][c];
-      }
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += tap.weights[k] * one.line[i];
     }
-    for (const std::array<float, 4>& texel : sum) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        out[c] = encoding.encoded(static_cast<std::uint16_t>(std::min(texel[c] / texel[3] + 0.5F, 65535.0F)));
-      }
-      out[3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(texel[3] - kUnseen, 0.0F, 1.0F)));
+    for (const Eigen::Array4f& texel : sum) {
+      const Eigen::Array4f mean = (texel / texel[3] + 0.5F).min(65535.0F);
+      for (int c = 0; c < 3; ++c) out[c] = encoding.encoded(static_cast<std::uint16_t>(mean[c]));
+      out[3] = static_cast<std::uint8_t>(255 * std::clamp(texel[3] - kUnseen, 0.0F, 1.0F) + 0.5F);
       out += 4;
     }
   }

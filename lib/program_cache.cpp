@@ -2,12 +2,13 @@
 
 #include <unistd.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <fstream>
-#include <iterator>
+#include <span>
 #include <system_error>
 #include <thread>
 #include <vector>
@@ -28,44 +29,40 @@ std::filesystem::path default_folder() {
   return {};
 }
 
-/// FNV-1a, 64 bit.
-std::uint64_t hash(const std::string& text, std::uint64_t seed) {
-  std::uint64_t value = seed;
-  for (const char c : text) {
-    value ^= static_cast<unsigned char>(c);
-    value *= 1099511628211ull;
+/// 128 bits of hash as text: FNV-1a of 64 bits from two seeds, side by side, since each step waits for the one before.
+std::string digest(std::span<const unsigned char> bytes) {
+  constexpr std::uint64_t prime = 1099511628211ull;
+  std::uint64_t first = 14695981039346656037ull, second = 1469598103934665603ull;
+  for (const unsigned char byte : bytes) {
+    first = (first ^ byte) * prime;
+    second = (second ^ byte) * prime;
   }
-  return value;
-}
-
-/// 128 bits of hash as text.
-std::string digest(const std::string& text) {
-  constexpr std::uint64_t first = 14695981039346656037ull, second = 1469598103934665603ull;
   char name[40];
-  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(hash(text, first)),
-                static_cast<unsigned long long>(hash(text, second)));
+  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(first),
+                static_cast<unsigned long long>(second));
   return name;
 }
 
+std::string digest(const std::string& text) {
+  return digest(std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
+}
+
 /// A binary's length and hash precede it in its file: drivers are not to be trusted with a damaged one (PoCL aborts).
-std::string seal(const std::vector<unsigned char>& binary) {
-  const std::string text(binary.begin(), binary.end());
-  return "holdfast " + std::to_string(text.size()) + ' ' + digest(text) + '\n';
+std::string seal(std::span<const unsigned char> binary) {
+  return "holdfast " + std::to_string(binary.size()) + ' ' + digest(binary) + '\n';
 }
 
 /// The binary in the file; empty when there is none or it is not as it was written.
 std::vector<unsigned char> read_binary(const std::filesystem::path& path) {
+  std::error_code failed;
+  const std::uintmax_t size =
+      std::filesystem::is_regular_file(path, failed) ? std::filesystem::file_size(path, failed) : 0;
   std::ifstream file(path, std::ios::binary);
   std::string first_line;
-  std::getline(file, first_line);
-  std::vector<unsigned char> binary;
-  // What cannot be read, a folder or a broken disk, throws here and nowhere else.
-  try {
-    binary.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-  } catch (const std::exception&) {
-    return {};
-  }
-  return first_line + '\n' == seal(binary) ? binary : std::vector<unsigned char>{};
+  if (failed || !std::getline(file, first_line) || size <= first_line.size()) return {};
+  std::vector<unsigned char> binary(static_cast<std::size_t>(size) - first_line.size() - 1);
+  file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size()));
+  return file && first_line + '\n' == seal(binary) ? binary : std::vector<unsigned char>{};
 }
 
 void write_binary(const std::filesystem::path& path, const std::vector<unsigned char>& binary) {

@@ -38,6 +38,18 @@ std::uint8_t rounded_ratio(std::uint64_t sum, std::uint64_t weight) {
   return static_cast<std::uint8_t>((sum + weight / 2) / weight);
 }
 
+/// What most texels of most textures are: the mean of two by two that were all seen. The same as what is done of
+/// others, without its divisions.
+bool seen_mean(const std::uint8_t* upper, const std::uint8_t* lower, std::uint8_t* out) {
+  if ((upper[3] & upper[7] & lower[3] & lower[7]) != 255) return false;
+  for (int channel = 0; channel < 3; ++channel) {
+    out[channel] =
+        static_cast<std::uint8_t>((upper[channel] + upper[channel + 4] + lower[channel] + lower[channel + 4] + 2) / 4);
+  }
+  out[3] = 255;
+  return true;
+}
+
 Texture halved(const Texture& source) {
   Texture half;
   half.width = std::max(1, source.width / 2);
@@ -46,16 +58,23 @@ Texture halved(const Texture& source) {
   const std::vector<Footprint> columns = footprints(source.width, half.width);
   const std::vector<Footprint> rows = footprints(source.height, half.height);
 
+  const bool even = source.width == 2 * half.width && source.height == 2 * half.height;
+  const std::size_t stride = static_cast<std::size_t>(source.width) * 4;
   std::uint8_t* out = half.rgba.data();
   for (const Footprint& row : rows) {
+    const std::uint8_t* first_row = source.rgba.data() + static_cast<std::size_t>(row.first) * stride;
     for (const Footprint& column : columns) {
+      const std::uint8_t* upper = first_row + static_cast<std::size_t>(column.first) * 4;
+      if (even && seen_mean(upper, upper + stride, out)) {
+        out += 4;
+        continue;
+      }
       std::uint64_t area = 0;
       std::uint64_t seen = 0;
       std::array<std::uint64_t, 3> color{};
       std::array<std::uint64_t, 3> seen_color{};
       for (int j = 0; j < row.count; ++j) {
-        const std::uint8_t* texel =
-            source.rgba.data() + (static_cast<std::size_t>(row.first + j) * source.width + column.first) * 4;
+        const std::uint8_t* texel = upper + static_cast<std::size_t>(j) * stride;
         for (int i = 0; i < column.count; ++i, texel += 4) {
           const std::uint64_t weight = row.weights[j] * column.weights[i];
           const std::uint64_t seen_weight = weight * texel[3];
