@@ -31,10 +31,11 @@ std::vector<LightTexture> GlTextures::light_textures(const Mesh& mesh) const {
   return made;
 }
 
-void GlTextures::upload(const Mesh& mesh, const std::vector<LightTexture>& light) {
-  for (std::size_t i = 0; has_coordinates_ && i < materials_.size(); ++i) {
-    upload_texture(i, mesh.materials[i].texture, light[i]);
-  }
+void GlTextures::upload(const Mesh& mesh, std::future<std::vector<LightTexture>> light) {
+  if (!has_coordinates_) return;
+  for (std::size_t i = 0; i < materials_.size(); ++i) upload_texture(i, mesh.materials[i].texture);
+  const std::vector<LightTexture> made = light.get();
+  for (std::size_t i = 0; i < materials_.size(); ++i) upload_light(i, mesh.materials[i].texture, made[i]);
 }
 
 void GlTextures::replace(std::size_t material, const Texture& texture) {
@@ -53,7 +54,8 @@ void GlTextures::replace(std::size_t material, const Texture& texture) {
                                                     " pixels holds " + std::to_string(texture.rgba.size()) +
                                                     " bytes; give width * height * 4 bytes of RGBA");
   }
-  upload_texture(material, texture, light_texture(material, texture));
+  upload_texture(material, texture);
+  upload_light(material, texture, light_texture(material, texture));
 }
 
 void GlTextures::bind(std::size_t material, bool light) const {
@@ -71,7 +73,7 @@ LightTexture GlTextures::light_texture(std::size_t material, const Texture& text
   return light;
 }
 
-void GlTextures::upload_texture(std::size_t material, const Texture& texture, const LightTexture& light) {
+void GlTextures::upload_texture(std::size_t material, const Texture& texture) {
   MaterialState& state = materials_[material];
   if (texture.empty()) {
     gl_.delete_textures(1, &state.texture);
@@ -85,13 +87,20 @@ void GlTextures::upload_texture(std::size_t material, const Texture& texture, co
                                          std::to_string(max_size_) + "; make it smaller");
   }
   upload_levels(state.texture, texture, texture_levels(texture), state.repeat);
-  if (encoding_) {
-    upload_levels(state.light_texture, light.enlarged.empty() ? texture : light.enlarged, light.levels, state.repeat);
-  }
-  if (gl_.get_error() != GL_NO_ERROR) {
-    fail_rendering(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) +
-                                         " (" + size_text(texture.width, texture.height) + " pixels); make it smaller");
-  }
+  check_room(material, texture);
+}
+
+void GlTextures::upload_light(std::size_t material, const Texture& texture, const LightTexture& light) {
+  MaterialState& state = materials_[material];
+  if (!encoding_ || texture.empty()) return;
+  upload_levels(state.light_texture, light.enlarged.empty() ? texture : light.enlarged, light.levels, state.repeat);
+  check_room(material, texture);
+}
+
+void GlTextures::check_room(std::size_t material, const Texture& texture) const {
+  if (gl_.get_error() == GL_NO_ERROR) return;
+  fail_rendering(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) + " (" +
+                                       size_text(texture.width, texture.height) + " pixels); make it smaller");
 }
 
 void GlTextures::upload_levels(GLuint& name, const Texture& base, const std::vector<Texture>& levels,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <future>
 #include <optional>
 #include <vector>
 
@@ -28,8 +29,9 @@ class GlTextures {
 
   /// What upload() takes besides the mesh: takes long and needs no context, so another thread may make it meanwhile.
   std::vector<LightTexture> light_textures(const Mesh& mesh) const;
-  /// The mesh's textures become the materials'. Throws Error(model) for one larger than OSMesa takes.
-  void upload(const Mesh& mesh, const std::vector<LightTexture>& light);
+  /// The mesh's textures become the materials', `light` once it is there. Throws Error(model) for one larger than
+  /// OSMesa takes.
+  void upload(const Mesh& mesh, std::future<std::vector<LightTexture>> light);
 
   /// The texture becomes the material's; empty: it has none. Throws Error(invalid_argument) for one that it cannot be
   /// given, else as upload() does.
@@ -50,7 +52,10 @@ class GlTextures {
   };
 
   LightTexture light_texture(std::size_t material, const Texture& texture) const;
-  void upload_texture(std::size_t material, const Texture& texture, const LightTexture& light);
+  void upload_texture(std::size_t material, const Texture& texture);
+  /// After upload_texture().
+  void upload_light(std::size_t material, const Texture& texture, const LightTexture& light);
+  void check_room(std::size_t material, const Texture& texture) const;
   /// Into `name`, which is made if it is 0.
   void upload_levels(GLuint& name, const Texture& base, const std::vector<Texture>& levels, bool repeat) const;
 

@@ -157,7 +157,7 @@ std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_w
   std::optional<std::vector<DrawnLevel>> shapes;
   if (options.silhouettes) shapes = shape_levels.get();
   GlGeometry geometry(gl, levels, shapes);
-  textures.upload(mesh, light_textures.get());
+  textures.upload(mesh, std::move(light_textures));
   check_errors(gl, description, "uploading the model");
   return std::unique_ptr<Impl>(new Impl{.context = std::move(context),
                                         .gl = gl,
