@@ -11,6 +11,8 @@ namespace holdfast {
 namespace {
 
 constexpr double kSmoothCosine = 0.766;  // 40 degrees
+/// Of a fan of more triangles, most often a flat one, each keeps its own: all would be compared with all.
+constexpr std::size_t kMostAround = 1000;
 
 }  // namespace
 
@@ -45,6 +47,10 @@ std::vector<std::array<Eigen::Vector3f, 3>> corner_normals(const std::vector<Eig
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
       const std::size_t place = welded[triangles[i][corner]];
+      if (first[place + 1] - first[place] > kMostAround) {
+        smooth[i][corner] = normals[i].cast<float>();
+        continue;
+      }
       // Always in the same order, so that corners of one smooth surface have the same normal to the last bit.
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (std::size_t k = first[place]; k < first[place + 1]; ++k) {

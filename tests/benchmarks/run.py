@@ -98,10 +98,16 @@ def main():
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("--repetitions", type=int, default=9)
+    parser.add_argument("--start", action="store_true", help="time the program's start only, and print that")
     arguments = parser.parse_args()
     program = arguments.build / "tests" / "benchmarks" / "holdfast_bench"
     kernels = arguments.build / "tests" / "benchmarks" / "holdfast_kernel_bench"
     holdfast = arguments.build / "apps" / "holdfast"
+    if arguments.start:
+        first = first_frames(holdfast, arguments.repetitions)
+        print(f"process start to first pose {first['seconds_to_first_pose']:.2f} s, "
+              f"first frame / median frame {first['first_over_median']:.1f}")
+        return
     arguments.folder.mkdir(parents=True, exist_ok=True)
 
     result = {"threads": {}, "kernels": {}}
