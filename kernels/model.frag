@@ -11,8 +11,8 @@ in vec4 fragment_color;
 #endif
 
 #ifdef SHADED
-in float fragment_shading;
-uniform float evenly;  // how bright surface is in light from everywhere alone
+in vec3 fragment_position;
+uniform vec3 shading;  // how much brighter surface that faces this way (camera frame) looks than its texture
 #endif
 #ifdef TONED
 uniform float tone;  // power of what is so lit
@@ -48,7 +48,9 @@ void main() {
   vec4 color = vec4(0.0);
 #endif
 #ifdef SHADED
-  color.rgb *= evenly + (gl_FrontFacing ? fragment_shading : -fragment_shading);
+  vec3 normal = normalize(cross(dFdx(fragment_position), dFdy(fragment_position)));
+  normal *= -sign(dot(normal, fragment_position));
+  color.rgb *= (1.0 + dot(shading, normal)) / (1.0 + length(shading));
 #endif
 #ifdef TONED
   color.rgb = pow(color.rgb, vec3(tone));

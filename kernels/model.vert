@@ -10,23 +10,21 @@ layout(location = 2) in vec4 color;
 out vec4 fragment_color;
 #endif
 
+uniform mat4 clip_from_object;
 #ifdef SHADED
-layout(location = 3) in vec3 normal;  // towards the triangle's front
-uniform vec3 shading;  // object frame: how much brighter than evenly lit surface is that faces this way
-out float fragment_shading;
+uniform mat4 camera_from_object;
+out vec3 fragment_position;  // camera frame, metres
 #endif
 
-uniform mat4 clip_from_object;
-
 void main() {
+#ifdef SHADED
+  fragment_position = (camera_from_object * vec4(position, 1.0)).xyz;
+#endif
   gl_Position = clip_from_object * vec4(position, 1.0);
 #ifdef TEXTURED
   fragment_coordinate = texture_coordinate;
 #endif
 #ifdef VERTEX_COLORED
   fragment_color = color;
-#endif
-#ifdef SHADED
-  fragment_shading = dot(shading, normal);
 #endif
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "corner_normals.hpp"
 #include "mesh_levels.hpp"
 
 namespace holdfast {
@@ -34,68 +33,65 @@ std::uint32_t material_of(const std::vector<std::uint32_t>& materials, std::size
   return materials.empty() ? 0 : materials[triangle];
 }
 
-/// The triangles by material, in their order within one; describes the ranges.
-std::vector<std::uint32_t> by_material(const MeshLevel& level, std::size_t materials, std::vector<Batch>& batches) {
+/// Sorts the triangles by material (keeping their order within one) and describes the ranges.
+std::vector<std::uint32_t> make_indices(const MeshLevel& level, std::size_t materials, std::vector<Batch>& batches) {
   std::vector<std::size_t> next(materials + 1, 0);
-  for (std::size_t i = 0; i < level.triangles.size(); ++i) ++next[material_of(level.triangle_materials, i) + 1];
+  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
+    next[material_of(level.triangle_materials, i) + 1] += 3;
+  }
   for (std::size_t material = 0; material < materials; ++material) {
     if (next[material + 1] > 0) {
-      batches.push_back({material, static_cast<int>(3 * next[material + 1]), 3 * next[material]});
+      batches.push_back({material, static_cast<int>(next[material + 1]), next[material]});
     }
     next[material + 1] += next[material];
   }
-  std::vector<std::uint32_t> order(level.triangles.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    order[next[material_of(level.triangle_materials, i)]++] = static_cast<std::uint32_t>(i);
+  std::vector<std::uint32_t> indices(level.triangles.size() * 3);
+  for (std::size_t i = 0; i < level.triangles.size(); ++i) {
+    std::size_t& position = next[material_of(level.triangle_materials, i)];
+    std::copy(level.triangles[i].begin(), level.triangles[i].end(),
+              indices.begin() + static_cast<std::ptrdiff_t>(position));
+    position += 3;
   }
-  return order;
+  return indices;
 }
 
-/// `vertices`: the level's, without normals; `lit`: they get some.
-DrawnLevel drawn(const MeshLevel& level, std::size_t materials, const std::vector<Vertex>& vertices, bool lit) {
-  DrawnLevel made;
-  made.deviation = level.deviation;
-  std::vector<std::array<Eigen::Vector3f, 3>> normals;
-  if (lit) normals = corner_normals(level.positions, level.triangles);
-  // Of each vertex what was made of it so far, with one normal and another: the newest, and the one made before each.
-  constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::vector<std::uint32_t> newest(vertices.size(), kNone), before;
-  made.indices.reserve(3 * level.triangles.size());
-  for (const std::uint32_t triangle : by_material(level, materials, made.batches)) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint32_t index = level.triangles[triangle][corner];
-      std::array<float, 3> normal{};
-      if (lit) Eigen::Vector3f::Map(normal.data()) = normals[triangle][corner];
-      std::uint32_t place = newest[index];
-      while (place != kNone && made.vertices[place].normal != normal) place = before[place];
-      if (place == kNone) {
-        place = static_cast<std::uint32_t>(made.vertices.size());
-        made.vertices.push_back(vertices[index]);
-        made.vertices.back().normal = normal;
-        before.push_back(std::exchange(newest[index], place));
-      }
-      made.indices.push_back(place);
+/// The vertices that are used, in the order of their use.
+std::vector<Vertex> used_vertices(const std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices) {
+  constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+  std::vector<std::uint32_t> place(vertices.size(), kUnused);
+  std::vector<Vertex> used;
+  for (std::uint32_t& index : indices) {
+    if (place[index] == kUnused) {
+      place[index] = static_cast<std::uint32_t>(used.size());
+      used.push_back(vertices[index]);
     }
+    index = place[index];
   }
-  return made;
+  return used;
 }
 
 }  // namespace
 
 DrawnLevel drawn_mesh(const Mesh& mesh, const Eigen::Vector3d& center) {
   const MeshLevel level = whole(mesh);
+  DrawnLevel drawn;
   std::vector<Vertex> vertices = make_vertices(level, center);
   for (std::size_t i = 0; i < mesh.colors.size(); ++i) vertices[i].color = mesh.colors[i];
-  return drawn(level, material_count(mesh), vertices, true);
+  drawn.indices = make_indices(level, material_count(mesh), drawn.batches);
+  drawn.vertices = used_vertices(vertices, drawn.indices);
+  return drawn;
 }
 
 std::vector<DrawnLevel> coarser_levels(const Mesh& mesh, MeshAspect aspect, const Eigen::Vector3d& center) {
-  std::vector<DrawnLevel> levels;
-  const bool lit = aspect == MeshAspect::appearance;
+  std::vector<DrawnLevel> drawn;
   for (const MeshLevel& level : mesh_levels(mesh, aspect)) {
-    levels.push_back(drawn(level, material_count(mesh), make_vertices(level, center), lit));
+    DrawnLevel next;
+    next.indices = make_indices(level, material_count(mesh), next.batches);
+    next.vertices = used_vertices(make_vertices(level, center), next.indices);
+    next.deviation = level.deviation;
+    drawn.push_back(std::move(next));
   }
-  return levels;
+  return drawn;
 }
 
 std::vector<bool> repeating_materials(const Mesh& mesh) {

@@ -15,7 +15,6 @@ struct Vertex {
   std::array<float, 3> position{};
   std::array<float, 2> texture_coordinate{};
   std::array<std::uint8_t, 4> color{};
-  std::array<float, 3> normal{};  ///< unit length; zero where depth alone is drawn
 };
 
 /// Triangles that share a material, as a range of the index buffer.

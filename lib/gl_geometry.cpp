@@ -37,7 +37,6 @@ Geometry upload_geometry(const GlFunctions& gl, const DrawnLevel& level) {
   attribute(0, 3, GL_FLOAT, GL_FALSE, offsetof(Vertex, position));
   attribute(1, 2, GL_FLOAT, GL_FALSE, offsetof(Vertex, texture_coordinate));
   attribute(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(Vertex, color));
-  attribute(3, 3, GL_FLOAT, GL_FALSE, offsetof(Vertex, normal));
   return {array, level.batches, level.deviation};
 }
 

@@ -45,8 +45,8 @@ Program link(const GlFunctions& gl, const std::string& variant) {
                                             "): " + log.data() + "; install libosmesa6 of Mesa 12 or later");
   }
   program.clip_from_object = gl.get_uniform_location(program.name, "clip_from_object");
+  program.camera_from_object = gl.get_uniform_location(program.name, "camera_from_object");
   program.shading = gl.get_uniform_location(program.name, "shading");
-  program.evenly = gl.get_uniform_location(program.name, "evenly");
   program.tone = gl.get_uniform_location(program.name, "tone");
   program.spread = gl.get_uniform_location(program.name, "spread");
   return program;

@@ -14,8 +14,8 @@ enum class Appearance { textured, vertex_colored, unknown };
 struct Program {
   GLuint name = 0;
   GLint clip_from_object = -1;
+  GLint camera_from_object = -1;
   GLint shading = -1;
-  GLint evenly = -1;
   GLint tone = -1;
   GLint spread = -1;
 };

@@ -105,7 +105,7 @@ struct Renderer::Impl {
   void set_texture(std::size_t material, const Texture& texture);
   void warm_up();
   Appearance appearance(std::size_t material) const;
-  void draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_object, double pixel) const;
+  void draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const;
   void draw_depth(const Eigen::Matrix4f& clip_from_object, double pixel) const;
 
   std::unique_ptr<GlContext> context;
@@ -205,13 +205,11 @@ Appearance Renderer::Impl::appearance(std::size_t material) const {
   return has_colors ? Appearance::vertex_colored : Appearance::unknown;
 }
 
-void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_object, double pixel) const {
+void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T_camera_center, double pixel) const {
   gl.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   const Geometry& level = geometry.view(deviation_pixels * pixel);
   gl.bind_vertex_array(level.vertex_array);
-  // Equation 15a of docs/math.md.
-  const float evenly = 1 / (1 + shading.norm());
-  const Eigen::Vector3f shading_object = evenly * (T_camera_object.linear().transpose().cast<float>() * shading);
+  const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
   const Lighting lighting = tone != 1          ? Lighting::shaded_and_toned
                             : shading.isZero() ? Lighting::none
                                                : Lighting::shaded;
@@ -221,8 +219,8 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
     gl.use_program(program.name);
     gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
     if (lighting != Lighting::none) {
-      gl.uniform3(program.shading, 1, shading_object.data());
-      gl.uniform1(program.evenly, evenly);
+      gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
+      gl.uniform3(program.shading, 1, shading.data());
       gl.uniform1(program.tone, tone);
     }
     if (look == Appearance::textured) {
@@ -289,7 +287,7 @@ DepthRange Renderer::Impl::render(const Pose& T_camera_object, const Camera& cam
   if (target.rgba == nullptr) {
     draw_depth(clip_from_object, pixel);
   } else {
-    draw(clip_from_object, T_camera_object, pixel);
+    draw(clip_from_object, T_camera_center, pixel);
   }
   framebuffers.read(roi.width, roi.height, stride, target);
   check_errors(gl, description, "rendering");

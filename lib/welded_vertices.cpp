@@ -2,17 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <numeric>
 #include <utility>
 
 namespace holdfast {
-namespace {
 
-/// `key(i)`: what vertex i of `count` is known by.
-template <typename Key>
-std::vector<std::uint32_t> welded_by(std::size_t count, const Key& key) {
-  std::vector<std::uint32_t> order(count), welded(count);
+std::vector<std::uint32_t> welded_vertices(const Mesh& mesh, bool by_texture) {
+  by_texture = by_texture && !mesh.texture_coordinates.empty();
+  const auto key = [&](std::uint32_t i) {
+    const Eigen::Vector3f& p = mesh.positions[i];
+    const Eigen::Vector2f t = by_texture ? mesh.texture_coordinates[i] : Eigen::Vector2f(0, 0);
+    return std::array{p.x(), p.y(), p.z(), t.x(), t.y()};
+  };
+  std::vector<std::uint32_t> order(mesh.positions.size()), welded(mesh.positions.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
@@ -21,24 +23,6 @@ std::vector<std::uint32_t> welded_by(std::size_t count, const Key& key) {
     welded[order[i]] = same ? welded[order[i - 1]] : order[i];
   }
   return welded;
-}
-
-}  // namespace
-
-std::vector<std::uint32_t> welded_vertices(const Mesh& mesh, bool by_texture) {
-  by_texture = by_texture && !mesh.texture_coordinates.empty();
-  return welded_by(mesh.positions.size(), [&](std::uint32_t i) {
-    const Eigen::Vector3f& p = mesh.positions[i];
-    const Eigen::Vector2f t = by_texture ? mesh.texture_coordinates[i] : Eigen::Vector2f(0, 0);
-    return std::array{p.x(), p.y(), p.z(), t.x(), t.y()};
-  });
-}
-
-std::vector<std::uint32_t> welded_positions(const std::vector<Eigen::Vector3d>& positions) {
-  return welded_by(positions.size(), [&](std::uint32_t i) {
-    const Eigen::Vector3d& p = positions[i];
-    return std::array{p.x(), p.y(), p.z()};
-  });
 }
 
 }  // namespace holdfast

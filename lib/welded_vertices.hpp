@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -10,8 +9,5 @@ namespace holdfast {
 
 /// For every vertex the first one at its position and, when `by_texture`, with its texture coordinate too.
 std::vector<std::uint32_t> welded_vertices(const Mesh& mesh, bool by_texture);
-
-/// For every position the first that is the same.
-std::vector<std::uint32_t> welded_positions(const std::vector<Eigen::Vector3d>& positions);
 
 }  // namespace holdfast

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -23,30 +22,6 @@ constexpr std::uint8_t kPaint = 200;
 Mesh painted(Mesh mesh) {
   mesh.colors.assign(mesh.positions.size(), {kPaint, kPaint, kPaint, 255});
   return mesh;
-}
-
-/// Its vertices on the surface of a ball of 0.1 m, every 6 degrees.
-Mesh coarse_ball() {
-  constexpr int kRings = 32, kSides = 64;
-  Mesh mesh;
-  for (int i = 0; i <= kRings; ++i) {
-    for (int j = 0; j <= kSides; ++j) {
-      const double a = std::numbers::pi * i / kRings, b = 2 * std::numbers::pi * j / kSides;
-      const Eigen::Vector3d n(std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), std::cos(a));
-      // Its seam and poles are vertices side by side, as a texture's borders make them.
-      mesh.positions.push_back((0.1 * n).cast<float>());
-      if (j == kSides) mesh.positions.back() = mesh.positions[mesh.positions.size() - 1 - kSides];
-      if (i == 0 || i == kRings) mesh.positions.back() = Eigen::Vector3f(0, 0, i == 0 ? 0.1F : -0.1F);
-    }
-  }
-  const auto at = [](int i, int j) { return static_cast<std::uint32_t>(i * (kSides + 1) + j); };
-  for (int i = 0; i < kRings; ++i) {
-    for (int j = 0; j < kSides; ++j) {
-      if (i > 0) mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-      if (i + 1 < kRings) mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-    }
-  }
-  return painted(std::move(mesh));
 }
 
 /// 12 triangles that share 8 vertices: nothing but their angles says that there are edges.
@@ -103,23 +78,6 @@ std::optional<Eigen::Vector3d> facing_z(const Eigen::Vector3d&, const Eigen::Vec
 
 }  // namespace
 
-TEST_CASE("light falls off smoothly on what is round, also across a seam") {
-  const Mesh ball = coarse_ball();
-  const Surface surface = [](const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
-    const Eigen::Vector3d d = direction.normalized();
-    const double along = -origin.dot(d), off2 = origin.squaredNorm() - along * along;
-    std::optional<Eigen::Vector3d> normal;
-    // At the outline facets and ball are not the same.
-    if (off2 < 0.09 * 0.09) normal = (origin + (along - std::sqrt(0.01 - off2)) * d).normalized();
-    return normal;
-  };
-  for (const Eigen::Vector3d& light : kLights) {
-    for (const double turn : {0.0, 1.0, 2.5}) {
-      CHECK(worst_difference(ball, pose_at({0.05, -0.02, 0.45}, {0.4, turn, 0.2}), light, surface) < 1.25);
-    }
-  }
-}
-
 TEST_CASE("every face of a box is evenly lit, whoever shares its vertices") {
   const Eigen::Vector3d half(0.08, 0.06, 0.05);
   const Mesh box = plain_box(half);
@@ -139,19 +97,6 @@ TEST_CASE("every face of a box is evenly lit, whoever shares its vertices") {
       CHECK(worst_difference(box, pose_at({0.03, -0.02, 0.4}, {0.5, turn, 0.2}), light, surface) < 0.51);
     }
   }
-}
-
-TEST_CASE("a disc of very many triangles about one vertex is made at once, and evenly lit") {
-  constexpr int kSides = 100000;
-  Mesh disc;
-  disc.positions.emplace_back(0, 0, 0);
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSides;
-    disc.positions.push_back(Eigen::Vector3d(0.1 * std::cos(angle), 0.1 * std::sin(angle), 0).cast<float>());
-  }
-  for (std::uint32_t i = 1; i <= kSides; ++i) disc.triangles.push_back({0, i, i < kSides ? i + 1 : 1});
-  disc = painted(std::move(disc));
-  CHECK(worst_difference(disc, pose_at({0.05, -0.02, 0.45}, {0.2, 3.5, 0.1}), kLights[0], facing_z) < 0.51);
 }
 
 TEST_CASE("surface that is open is lit as it faces the camera, however its triangles are wound") {
