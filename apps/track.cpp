@@ -176,9 +176,9 @@ int TrackCommand::run() const {
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   const Pose T_camera_object = init.load();
+  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
   // OpenCL's drivers are loaded while the model is; what is missing is said first, since compiling the kernels, which
   // they do once a machine, cannot be broken off.
-  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
   std::error_code unknown;
   const bool there = fs::exists(model.path, unknown);
   std::future<Device> opened =

@@ -27,7 +27,8 @@ class GlTextures {
   /// Whether they are averaged as light too.
   bool has_light() const { return encoding_.has_value(); }
 
-  /// What upload() takes besides the mesh: takes long and needs no context, so another thread may make it meanwhile.
+  /// What upload() takes besides the mesh: takes long and needs no context, so another thread may make it, also
+  /// while upload() sends the textures as they are.
   std::vector<LightTexture> light_textures(const Mesh& mesh) const;
   /// The mesh's textures become the materials', `light` once it is there. Throws Error(model) for one larger than
   /// OSMesa takes.
