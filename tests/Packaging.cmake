@@ -14,7 +14,8 @@ set(installed ${CMAKE_CURRENT_BINARY_DIR}/installed)
 set(consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer)
 add_test(NAME install COMMAND ${CMAKE_COMMAND} --install ${PROJECT_BINARY_DIR} --prefix ${installed})
 set_tests_properties(install PROPERTIES FIXTURES_SETUP installed)
-add_test(NAME installed_program COMMAND ${installed}/${CMAKE_INSTALL_BINDIR}/holdfast devices)
+add_test(NAME installed_program COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/installed_program.sh
+  ${installed} ${CMAKE_INSTALL_BINDIR}/holdfast ${CMAKE_CURRENT_BINARY_DIR}/installed_program)
 add_test(NAME consumer_cmake COMMAND ${SHELL_PROGRAM} ${consumer}/with_cmake.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_cmake ${CMAKE_CXX_COMPILER})
 add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_config.sh

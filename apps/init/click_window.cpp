@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
-#include <opencv2/highgui.hpp>
 #include <string>
 
 #include "holdfast/error.hpp"
 #include "init/click_session.hpp"
+#include "modules/window_module.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -31,6 +31,7 @@ bool has_display() {
 
 /// Window toolkits abort the program when the display does not answer, so a child tries it first.
 bool display_answers() {
+  const WindowModule& window = window_module();
   const pid_t child = fork();
   if (child == 0) {
     const int nowhere = open("/dev/null", O_WRONLY);
@@ -41,7 +42,7 @@ bool display_answers() {
     setrlimit(RLIMIT_CORE, &no_core);
     alarm(kPatience);
     try {
-      cv::namedWindow(kTitle);
+      window.named_window(kTitle, cv::WINDOW_AUTOSIZE);
     } catch (...) {
       _exit(1);
     }
@@ -71,20 +72,22 @@ void on_mouse(int event, int x, int y, int, void* data) {
 
 /// Closes the window whatever ends the session.
 struct WindowCloser {
-  ~WindowCloser() { cv::destroyAllWindows(); }
+  const WindowModule& window;
+  ~WindowCloser() { window.destroy_all_windows(); }
 };
 
 void run(ClickSession& session) {
-  cv::namedWindow(kTitle, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
-  const WindowCloser closer;
+  const WindowModule& window = window_module();
+  window.named_window(kTitle, cv::WINDOW_NORMAL | cv::WINDOW_KEEPRATIO | cv::WINDOW_GUI_NORMAL);
+  const WindowCloser closer{window};
   Mouse mouse{session};
-  cv::setMouseCallback(kTitle, on_mouse, &mouse);
+  window.set_mouse_callback(kTitle, on_mouse, &mouse);
   const cv::Mat first = session.picture();
   const double scale = std::min({1.0, kFirstWidth / first.cols, kFirstHeight / first.rows});
-  cv::resizeWindow(kTitle, static_cast<int>(first.cols * scale), static_cast<int>(first.rows * scale));
-  cv::imshow(kTitle, first);
+  window.resize_window(kTitle, static_cast<int>(first.cols * scale), static_cast<int>(first.rows * scale));
+  window.show(kTitle, first);
   while (true) {
-    const int key = cv::waitKey(20) & 0xff;
+    const int key = window.wait_key(20) & 0xff;
     switch (key) {
       case '\r':
       case '\n':
@@ -106,7 +109,7 @@ void run(ClickSession& session) {
         session.turn_model(0, key == 'w' ? kTurn : -kTurn);
         break;
       default:
-        if (cv::getWindowProperty(kTitle, cv::WND_PROP_VISIBLE) < 1) {
+        if (window.window_property(kTitle, cv::WND_PROP_VISIBLE) < 1) {
           throw Error(ErrorCode::invalid_argument, "--click was given up: the window was closed");
         }
         if (!mouse.changed) {
@@ -114,7 +117,7 @@ void run(ClickSession& session) {
         }
     }
     mouse.changed = false;
-    cv::imshow(kTitle, session.picture());
+    window.show(kTitle, session.picture());
   }
 }
 

@@ -5,10 +5,10 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <vector>
 
 #include "holdfast/error.hpp"
+#include "modules/video_module.hpp"
 #include "simulation/random.hpp"
 #include "simulation/rasterizer.hpp"
 
@@ -129,7 +129,7 @@ cv::Mat linear_from_encoded(const cv::Mat& picture) {
 
 struct Background::Video {
   std::mutex mutex;
-  cv::VideoCapture capture;
+  std::unique_ptr<cv::VideoCapture> capture;
   std::string name;
   int next = 0;    // index of the frame that the next read gives
   int length = 0;  // frames, known once the end was seen
@@ -160,7 +160,8 @@ Background::Background(const BackgroundOptions& options, cv::Size frame_size, st
   }
   video_ = std::make_unique<Video>();
   video_->name = name;
-  if (!video_->capture.open(name)) {
+  video_->capture = app::video_module().open_file(name);
+  if (!video_->capture) {
     throw Error(ErrorCode::file, name + ": neither a picture nor a video that can be decoded; give another background");
   }
   static_cast<void>(this->picture(0));
@@ -174,13 +175,14 @@ cv::Mat Background::picture(int frame) const {
   int wanted = video_->length > 0 ? frame % video_->length : frame;
   if (wanted + 1 == video_->next) return video_->last;
   const auto restart = [&] {
-    video_->capture.open(video_->name);
+    video_->capture = app::video_module().open_file(video_->name);
+    if (!video_->capture) throw Error(ErrorCode::file, video_->name + ": cannot be opened any more; leave it in place");
     video_->next = 0;
   };
   if (wanted < video_->next) restart();
   cv::Mat decoded;
   while (video_->next <= wanted) {
-    if (video_->capture.read(decoded) && !decoded.empty()) {
+    if (video_->capture->read(decoded) && !decoded.empty()) {
       ++video_->next;
       continue;
     }

@@ -13,19 +13,16 @@
 namespace holdfast::app {
 namespace {
 
-std::vector<int> codecs_for(const std::filesystem::path& path) {
+std::vector<std::string> codecs_for(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
-  const int h264 = cv::VideoWriter::fourcc('a', 'v', 'c', '1');
-  const int h264_in_mkv = cv::VideoWriter::fourcc('H', '2', '6', '4');
-  const int mpeg4 = cv::VideoWriter::fourcc('m', 'p', '4', 'v');
   if (extension == ".mp4" || extension == ".mov") {
-    return {h264, mpeg4};
+    return {"avc1", "mp4v"};
   }
   if (extension == ".mkv") {
-    return {h264_in_mkv, mpeg4};
+    return {"H264", "mp4v"};
   }
   if (extension == ".avi") {
-    return {cv::VideoWriter::fourcc('M', 'J', 'P', 'G')};
+    return {"MJPG"};
   }
   throw Error(
       ErrorCode::output,
@@ -35,10 +32,12 @@ std::vector<int> codecs_for(const std::filesystem::path& path) {
 }  // namespace
 
 OverlayVideo::OverlayVideo(const std::filesystem::path& path, cv::Size size, double frame_rate) : path_(path) {
-  const std::vector<int> codecs = codecs_for(path);
+  const std::vector<std::string> codecs = codecs_for(path);
   require_writable(path);
-  for (const int codec : codecs) {
-    if (writer_.open(path.string(), cv::CAP_FFMPEG, codec, std::clamp(frame_rate, 1.0, 240.0), size)) {
+  const VideoModule& video = video_module();
+  for (const std::string& codec : codecs) {
+    writer_ = video.create(path.string(), codec, std::clamp(frame_rate, 1.0, 240.0), size);
+    if (writer_) {
       return;
     }
   }
@@ -48,10 +47,10 @@ OverlayVideo::OverlayVideo(const std::filesystem::path& path, cv::Size size, dou
                           path.string(), size.width, size.height));
 }
 
-void OverlayVideo::write(const cv::Mat& picture) { writer_.write(picture); }
+void OverlayVideo::write(const cv::Mat& picture) { writer_->write(picture); }
 
 void OverlayVideo::finish() {
-  writer_.release();
+  writer_->release();
   if (const auto damage = video_damage(path_)) {
     throw Error(ErrorCode::output,
                 fmt::format("the video '{}' could not be completed, is the disk full? {}", path_.string(), *damage));

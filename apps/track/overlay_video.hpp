@@ -1,8 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <opencv2/core.hpp>
-#include <opencv2/videoio.hpp>
+
+#include "modules/video_module.hpp"
 
 namespace holdfast::app {
 
@@ -20,7 +22,7 @@ class OverlayVideo {
 
  private:
   std::filesystem::path path_;
-  cv::VideoWriter writer_;
+  std::unique_ptr<cv::VideoWriter> writer_;
 };
 
 }  // namespace holdfast::app

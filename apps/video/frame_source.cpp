@@ -10,12 +10,11 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/videoio.hpp>
-#include <opencv2/videoio/registry.hpp>
 #include <utility>
 #include <vector>
 
 #include "holdfast/error.hpp"
+#include "modules/video_module.hpp"
 #include "video/image_list.hpp"
 #include "video/media_check.hpp"
 
@@ -144,28 +143,28 @@ class VideoReader : public Reader {
       require_readable();
       damage_ = video_damage(path);
     }
-    const bool has_ffmpeg = cv::videoio_registry::hasBackend(cv::CAP_FFMPEG);
-    if (!capture_.open(path, has_ffmpeg ? cv::CAP_FFMPEG : cv::CAP_ANY)) {
+    capture_ = video_module().open_file(path);
+    if (!capture_) {
       const std::string reason = damage_  ? *damage_
                                  : is_url ? "it cannot be reached, or is no video"
                                           : fmt::format("unknown format; {}", kInputKinds);
       throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path, reason));
     }
-    capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
-    const double own_rate = capture_.get(cv::CAP_PROP_FPS);
+    capture_->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    const double own_rate = capture_->get(cv::CAP_PROP_FPS);
     has_rate_of_its_own_ = frame_rate <= 0 && own_rate > 0 && own_rate < 1e4;
     frame_rate_ = frame_rate > 0 ? frame_rate : has_rate_of_its_own_ ? own_rate : kImageFrameRate;
-    const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+    const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
     promised_ = count >= 1 && count < 1e12 ? static_cast<std::int64_t>(count) : 0;
   }
 
   bool read(Frame& frame) override {
-    if (!capture_.grab() || !capture_.retrieve(frame.image) || frame.image.empty()) {
+    if (!capture_->grab() || !capture_->retrieve(frame.image) || frame.image.empty()) {
       return false;
     }
     frame.index = read_++;
     // Frames need not come at regular times; containers that carry none give zeros.
-    const double time_s = capture_.get(cv::CAP_PROP_POS_MSEC) * 1e-3;
+    const double time_s = capture_->get(cv::CAP_PROP_POS_MSEC) * 1e-3;
     const bool plausible = has_rate_of_its_own_ && std::isfinite(time_s) && (frame.index == 0 || time_s > last_time_s_);
     frame.time_s = plausible ? time_s : static_cast<double>(frame.index) / frame_rate_;
     last_time_s_ = frame.time_s;
@@ -173,7 +172,7 @@ class VideoReader : public Reader {
   }
 
   bool skip() override {
-    const bool grabbed = capture_.grab();
+    const bool grabbed = capture_->grab();
     read_ += grabbed ? 1 : 0;
     return grabbed;
   }
@@ -214,7 +213,7 @@ class VideoReader : public Reader {
   }
 
   std::string path_;
-  cv::VideoCapture capture_;
+  std::unique_ptr<cv::VideoCapture> capture_;
   std::optional<std::string> damage_;
   double frame_rate_ = 0;
   bool has_rate_of_its_own_ = false;
@@ -225,26 +224,27 @@ class VideoReader : public Reader {
 
 class CameraReader : public Reader {
  public:
-  CameraReader(int number, int width, int height, double frame_rate) : number_(number) {
-    if (!capture_.open(number, cv::CAP_V4L2)) {
+  CameraReader(int number, int width, int height, double frame_rate)
+      : number_(number), capture_(video_module().open_camera(number)) {
+    if (!capture_) {
       throw Error(ErrorCode::file,
                   fmt::format("cannot open camera {}: is it connected (/dev/video{}), free, and are you allowed to use "
                               "it?",
                               number, number));
     }
     if (width > 0 && height > 0) {
-      capture_.set(cv::CAP_PROP_FRAME_WIDTH, width);
-      capture_.set(cv::CAP_PROP_FRAME_HEIGHT, height);
+      capture_->set(cv::CAP_PROP_FRAME_WIDTH, width);
+      capture_->set(cv::CAP_PROP_FRAME_HEIGHT, height);
     }
     if (frame_rate > 0) {
-      capture_.set(cv::CAP_PROP_FPS, frame_rate);
+      capture_->set(cv::CAP_PROP_FPS, frame_rate);
     }
-    const double own_rate = capture_.get(cv::CAP_PROP_FPS);
+    const double own_rate = capture_->get(cv::CAP_PROP_FPS);
     frame_rate_ = own_rate > 0 && own_rate < 1e4 ? own_rate : kImageFrameRate;
   }
 
   bool read(Frame& frame) override {
-    if (!capture_.read(frame.image) || frame.image.empty()) {
+    if (!capture_->read(frame.image) || frame.image.empty()) {
       return false;
     }
     const auto now = std::chrono::steady_clock::now();
@@ -255,7 +255,7 @@ class CameraReader : public Reader {
   }
 
   bool skip() override {
-    const bool grabbed = capture_.grab();
+    const bool grabbed = capture_->grab();
     begin_ = read_ == 0 ? std::chrono::steady_clock::now() : begin_;
     read_ += grabbed ? 1 : 0;
     return grabbed;
@@ -270,7 +270,7 @@ class CameraReader : public Reader {
 
  private:
   int number_;
-  cv::VideoCapture capture_;
+  std::unique_ptr<cv::VideoCapture> capture_;
   double frame_rate_ = 0;
   std::int64_t read_ = 0;
   std::chrono::steady_clock::time_point begin_;

@@ -1,0 +1,11 @@
+#include "modules/window_module.hpp"
+
+#include "modules/load_module.hpp"
+
+namespace holdfast::app {
+
+const WindowModule& window_module() {
+  return *static_cast<const WindowModule*>(load_module("window", "points are clicked"));
+}
+
+}  // namespace holdfast::app
