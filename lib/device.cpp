@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <future>
 #include <initializer_list>
 #include <memory>
 #include <optional>
@@ -150,7 +151,8 @@ std::size_t choose(std::vector<Candidate>& candidates, const std::string& option
   throw Error(ErrorCode::device, "no OpenCL device is usable: " + listing(candidates));
 }
 
-void build_program(Device::Impl& impl, const DeviceOptions& options) {
+/// Begins to load the kernels, or to compile them: in a thread of its own, or when they are first needed.
+void begin_program(Device::Impl& impl, const DeviceOptions& options, std::launch when) {
   // A CPU driver without vectors of its own (rusticl, Oclgrind) would compile wide ones for minutes.
   const bool wide_cpu = impl.info.type == "cpu" && impl.device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>() > 1;
   impl.strips = options.partition == Partition::automatic ? wide_cpu : options.partition == Partition::strips;
@@ -163,7 +165,11 @@ void build_program(Device::Impl& impl, const DeviceOptions& options) {
   }
   // -w: without 512-bit registers PoCL has its compiler warn of vectors as arguments, on standard error.
   const std::string build_options = std::string("-w -cl-std=CL1.2 -DHF_STRIPS=") + (impl.strips ? "1" : "0");
-  impl.program = ProgramCache(options.cache_folder).build(impl.context, impl.device, source, build_options);
+  // The handles are held, not what they stand in, so that the thread outlives nothing that it looks at.
+  impl.program = std::async(when, [cache = ProgramCache(options.cache_folder), context = impl.context,
+                                   device = impl.device, source, build_options] {
+                   return cache.build(context, device, source, build_options);
+                 }).share();
 }
 
 }  // namespace
@@ -214,7 +220,7 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_shared<Impl>()) {
   with_device_errors("opening the device", [&] {
     impl_->context = cl::Context(impl_->device);
     impl_->queue = cl::CommandQueue(impl_->context, impl_->device);
-    build_program(*impl_, options);
+    begin_program(*impl_, options, std::launch::async);
   });
 }
 
@@ -239,7 +245,9 @@ Device::Device(_cl_context* context, _cl_command_queue* queue, const DeviceOptio
                   "the caller's device '" + impl_->info.name + "' cannot be used: " + impl_->info.reason);
     }
     impl_->info.reason = "the caller's";
-    build_program(*impl_, options);
+    // Nobody else's context is used behind their back.
+    begin_program(*impl_, options, std::launch::deferred);
+    impl_->program.wait();
   });
 }
 

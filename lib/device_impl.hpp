@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <string>
 #include <utility>
 
@@ -15,11 +16,12 @@ struct Device::Impl {
   cl::Context context;
   cl::Device device;
   cl::CommandQueue queue;
-  cl::Program program;
+  std::shared_future<cl::Program> program;  ///< being loaded, or compiled, beside what else is prepared
   DeviceInfo info;
   bool strips = true;  ///< partition: one work-item a row or tile (CPU devices)
 
-  cl::Kernel kernel(const char* name) const { return cl::Kernel(program, name); }
+  /// Waits for the program. Throws Error(device) with the compiler's log when it does not compile.
+  cl::Kernel kernel(const char* name) const { return cl::Kernel(program.get(), name); }
 
   /// A zeroed buffer. Allocation counts as construction: never called in the per-frame path.
   cl::Buffer zeroed_buffer(std::size_t bytes) const;

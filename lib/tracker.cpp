@@ -70,18 +70,29 @@ const TrackerOptions& validated(const TrackerOptions& options) {
   return options;
 }
 
+/// Made first of all, while the device may still be loading its kernels.
+Renderer renderer_for(const Mesh& mesh, const Camera& camera, const TrackerOptions& options) {
+  const std::vector<Level> levels = make_levels(validated(camera), validated(options).levels);
+  return view_renderer(
+      validated(mesh, options), levels,
+      {options.texture_samples, options.mesh_deviation, options.shading, options.outline, options.light_texels});
+}
+
 }  // namespace
 
 Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
-    : camera_(validated(camera)),
-      options_(validated(options)),
+    : Impl(mesh, camera, options, device, renderer_for(mesh, camera, options)) {}
+
+Tracker::Impl::Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device,
+                    Renderer renderer)
+    : camera_(camera),
+      options_(options),
       device_(device),
       levels_(make_levels(camera, options.levels)),
       p_object_center_(mesh.center().cast<double>()),
       radius_(mesh.radius()),
       filter_(device.impl(), options.blur_sigma, options.fine_blur_sigma),
-      view_(device.impl(), validated(mesh, options), camera, levels_, filter_,
-            {options.texture_samples, options.mesh_deviation, options.shading, options.outline, options.light_texels}),
+      view_(device.impl(), mesh, std::move(renderer), levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       occlusion_(device.impl(), levels_),
       constraints_(device.impl(), levels_),

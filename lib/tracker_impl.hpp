@@ -60,7 +60,10 @@ struct Tracker::Impl {
   /// Pixels; no bound on motion.
   static constexpr double kAnyMotion = 1e9;
 
+  /// Throws Error for what cannot be used.
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
+  /// Of what the other one has checked.
+  Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device, Renderer renderer);
 
   /// Does what a frame does once: the device loads its kernels, the driver its shaders, at their first use.
   void warm_up();

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace holdfast {
 namespace {
@@ -28,14 +29,19 @@ bool ViewRequest::operator==(const ViewRequest& other) const {
          rest(*this) == rest(other);
 }
 
-ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera,
-                           const std::vector<Level>& levels, ImageFilter& filter, const RendererOptions& options)
+Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options) {
+  const Camera& camera = levels[0].camera;
+  return {mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
+          options};
+}
+
+ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, Renderer renderer,
+                           const std::vector<Level>& levels, ImageFilter& filter)
     : device_(device),
       levels_(levels),
       filter_(filter),
       template_planes_(device, filter, levels[0]),
-      renderer_(mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
-                options),
+      renderer_(std::move(renderer)),
       host_rgba_(device.host_memory(levels[0].elements * 4)),
       host_depth_(device.host_memory(levels[0].elements * sizeof(float))) {
   for (const auto& position : mesh.positions) box_.extend(position.cast<double>());

@@ -51,6 +51,9 @@ struct ViewRequest {
   bool operator==(const ViewRequest& other) const;
 };
 
+/// What draws a mesh as large as the levels' views become.
+Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options);
+
 /// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.
 class ViewTemplate {
  public:
@@ -62,8 +65,9 @@ class ViewTemplate {
     kernel::hf_rect tiles{};   ///< region that holds the object, in tiles
   };
 
-  ViewTemplate(const Device::Impl& device, const Mesh& mesh, const Camera& camera, const std::vector<Level>& levels,
-               ImageFilter& filter, const RendererOptions& options);
+  /// `renderer`: view_renderer()'s of that mesh.
+  ViewTemplate(const Device::Impl& device, const Mesh& mesh, Renderer renderer, const std::vector<Level>& levels,
+               ImageFilter& filter);
 
   /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
   Rect bounds(const Pose& T_camera_object) const;

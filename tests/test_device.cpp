@@ -255,7 +255,8 @@ TEST_CASE("both partitions compile and run, whatever the device") {
     const Device device(DeviceOptions{.device = {}, .partition = partition, .cache_folder = {}});
     CHECK(device.impl().strips == (partition == Partition::strips));
     CHECK(converts_a_frame(device));
-    CHECK(device.impl().program.getInfo<CL_PROGRAM_NUM_KERNELS>() >= 12);  // six formats, and one a stage at least
+    CHECK(device.impl().program.get().getInfo<CL_PROGRAM_NUM_KERNELS>() >=
+          12);  // six formats, and one a stage at least
   }
   const Device device;
   const Device::Impl& by_default = device.impl();

@@ -92,7 +92,7 @@ const Camera kCamera{323, 241, 402, 391, 160.3, 118.7, {}};
 struct LitBall {
   LitBall(const Device& device, const Mesh& mesh, double gain = 1, double power = 1)
       : filter(device.impl(), 0.8),
-        view(device.impl(), mesh, kCamera, levels, filter, {}),
+        view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         test(device.impl(), levels),
         photometry(device.impl(), levels, true),

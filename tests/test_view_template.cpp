@@ -18,7 +18,8 @@ double tilt_error(const Pose& T_camera_object, int level) {
   const Device device;
   const auto levels = make_levels(kRenderCamera, 2);
   ImageFilter filter(device.impl(), 1.0);
-  ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
+  const Mesh mesh = quad(random_texture(32, 32, 1));
+  ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);
   ViewRequest request;
   request.T_camera_object = T_camera_object;
   request.finest = level;
@@ -46,7 +47,8 @@ TEST_CASE("an object that is a few pixels large has no plane") {
   const Device device;
   const auto levels = make_levels(kRenderCamera, 2);
   ImageFilter filter(device.impl(), 1.0);
-  ViewTemplate view(device.impl(), quad(random_texture(32, 32, 1)), kRenderCamera, levels, filter, {});
+  const Mesh mesh = quad(random_texture(32, 32, 1));
+  ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);
   ViewRequest request;
   request.T_camera_object = pose_at({0, 0, 15});
   REQUIRE(view.enqueue(request));

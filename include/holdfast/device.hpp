@@ -48,6 +48,7 @@ struct DeviceOptions {
 class HOLDFAST_EXPORT Device {
  public:
   /// Throws Error(device) when there is no usable device or the wanted one is missing; the message lists what there is.
+  /// Kernels are loaded, or compiled the first time, in a thread: what fails there, Tracker's constructor throws.
   explicit Device(const DeviceOptions& options = {});
 
   /// Works on a caller's context and in-order queue; both are retained for as long as Holdfast uses them.
