@@ -165,7 +165,7 @@ void begin_program(Device::Impl& impl, const DeviceOptions& options, std::launch
   }
   // -w: without 512-bit registers PoCL has its compiler warn of vectors as arguments, on standard error.
   const std::string build_options = std::string("-w -cl-std=CL1.2 -DHF_STRIPS=") + (impl.strips ? "1" : "0");
-  // The handles are held, not what they stand in, so that the thread outlives nothing that it looks at.
+  // The thread holds the handles that it needs, so that nothing which it looks at goes before it does.
   impl.program = std::async(when, [cache = ProgramCache(options.cache_folder), context = impl.context,
                                    device = impl.device, source, build_options] {
                    return cache.build(context, device, source, build_options);

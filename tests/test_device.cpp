@@ -8,8 +8,10 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -19,9 +21,11 @@
 #include "device_impl.hpp"
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
+#include "holdfast/tracker.hpp"
 #include "shared.h"
 #include "support/files.hpp"
 #include "support/kernel_checks.hpp"
+#include "support/render_comparison.hpp"
 #include "zeroed_memory.hpp"
 
 using namespace holdfast;
@@ -218,12 +222,27 @@ TEST_CASE("a caller's context and queue are retained: work goes on after the cal
     CHECK(device.impl().queue() == callers.queue);
     CHECK(device.impl().context() == callers.context);
     CHECK(device.info().reason == "the caller's");
+    // No thread is still at work in it.
+    CHECK(device.impl().program.wait_for(std::chrono::seconds(0)) == std::future_status::ready);
   }
   CHECK(callers.queue_references() == before);  // nothing of it is kept either
 
   const Device device(callers.context, callers.queue);
   callers.release();
   CHECK(converts_a_frame(device));
+}
+
+TEST_CASE("kernels that do not compile are said when the tracker is made") {
+  const Device device;
+  std::promise<cl::Program> program;
+  program.set_exception(std::make_exception_ptr(Error(ErrorCode::device, "a kernel does not compile")));
+  device.impl().program = program.get_future().share();
+  const Camera camera{64, 48, 60, 60, 31.5, 23.5, {}};
+  for (int time = 0; time < 2; ++time) {
+    CHECK(error_of([&] {
+            Tracker(quad(random_texture(32, 32, 1)), camera, {}, device);
+          }).says(ErrorCode::device, {"a kernel does not compile"}));
+  }
 }
 
 TEST_CASE("copies of a device share its context") {
