@@ -21,11 +21,10 @@
 #include "device_impl.hpp"
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
-#include "holdfast/tracker.hpp"
+#include "image_filter.hpp"
 #include "shared.h"
 #include "support/files.hpp"
 #include "support/kernel_checks.hpp"
-#include "support/render_comparison.hpp"
 #include "zeroed_memory.hpp"
 
 using namespace holdfast;
@@ -232,16 +231,13 @@ TEST_CASE("a caller's context and queue are retained: work goes on after the cal
   CHECK(converts_a_frame(device));
 }
 
-TEST_CASE("kernels that do not compile are said when the tracker is made") {
+TEST_CASE("kernels that do not compile are said by every stage that asks for one") {
   const Device device;
   std::promise<cl::Program> program;
   program.set_exception(std::make_exception_ptr(Error(ErrorCode::device, "a kernel does not compile")));
   device.impl().program = program.get_future().share();
-  const Camera camera{64, 48, 60, 60, 31.5, 23.5, {}};
   for (int time = 0; time < 2; ++time) {
-    CHECK(error_of([&] {
-            Tracker(quad(random_texture(32, 32, 1)), camera, {}, device);
-          }).says(ErrorCode::device, {"a kernel does not compile"}));
+    CHECK(error_of([&] { ImageFilter(device.impl(), 1.0); }).says(ErrorCode::device, {"a kernel does not compile"}));
   }
 }
 
