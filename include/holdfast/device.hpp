@@ -51,7 +51,8 @@ class HOLDFAST_EXPORT Device {
   /// Kernels are loaded, or compiled the first time, in a thread: what fails there, Tracker's constructor throws.
   explicit Device(const DeviceOptions& options = {});
 
-  /// Works on a caller's context and in-order queue; both are retained for as long as Holdfast uses them.
+  /// Works on a caller's context and in-order queue; both are retained for as long as Holdfast uses them. The kernels
+  /// are ready when it returns. Throws Error(invalid_argument) or Error(device) for what cannot be used.
   Device(_cl_context* context, _cl_command_queue* queue, const DeviceOptions& options = {});
 
   const DeviceInfo& info() const;
