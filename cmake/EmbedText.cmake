@@ -1,8 +1,8 @@
-# cmake -DOUTPUT=file.cpp -DINPUTS=a,b [-DHEADER=embedded_text.hpp -DFUNCTION=embedded_text -DNAMESPACE=holdfast]
+# cmake -DOUTPUT=file.cpp -DINPUTS=a,b [-DHEADER=device/embedded_text.hpp -DFUNCTION=embedded_text -DNAMESPACE=holdfast]
 #   -P EmbedText.cmake
 # A C++ source that holds text files as string literals: HEADER declares the FUNCTION that looks them up by file name.
 if(NOT HEADER)
-  set(HEADER embedded_text.hpp)
+  set(HEADER device/embedded_text.hpp)
 endif()
 if(NOT FUNCTION)
   set(FUNCTION embedded_text)

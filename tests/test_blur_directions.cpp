@@ -1,7 +1,7 @@
 // Whether what blurs the frames is motion: views blurred along it and across it, beside sharp ones.
 #include <doctest/doctest.h>
 
-#include "tracker_state.hpp"
+#include "tracker/tracker_state.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "covariance.hpp"
+#include "solve/covariance.hpp"
 
 namespace {
 

@@ -18,14 +18,14 @@
 #include <string>
 #include <vector>
 
-#include "device_impl.hpp"
+#include "device/device_impl.hpp"
+#include "device/shared.h"
+#include "device/zeroed_memory.hpp"
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
-#include "image_filter.hpp"
-#include "shared.h"
+#include "image/image_filter.hpp"
 #include "support/files.hpp"
 #include "support/kernel_checks.hpp"
-#include "zeroed_memory.hpp"
 
 using namespace holdfast;
 using namespace holdfast::test;

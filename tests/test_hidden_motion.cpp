@@ -12,12 +12,12 @@
 #include <random>
 #include <vector>
 
+#include "contour/outline_stage.hpp"
 #include "holdfast/tracker.hpp"
-#include "judgement.hpp"
-#include "motion_filter.hpp"
-#include "noise_information.hpp"
-#include "outline_stage.hpp"
+#include "judge/judgement.hpp"
+#include "motion/motion_filter.hpp"
 #include "simulation/sequence.hpp"
+#include "solve/noise_information.hpp"
 #include "support/paper_box.hpp"
 #include "support/simulated.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "judgement.hpp"
+#include "judge/judgement.hpp"
 
 namespace {
 

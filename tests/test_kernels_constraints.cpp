@@ -6,8 +6,8 @@
 #include <array>
 #include <cstring>
 
-#include "occlusion.hpp"
 #include "support/kernel_scene.hpp"
+#include "texture/occlusion.hpp"
 
 namespace {
 

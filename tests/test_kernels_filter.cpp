@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "image_filter.hpp"
+#include "image/image_filter.hpp"
 #include "support/kernel_checks.hpp"
 
 namespace {

@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "occlusion.hpp"
 #include "support/kernel_scene.hpp"
+#include "texture/occlusion.hpp"
 
 namespace {
 

@@ -10,10 +10,10 @@
 #include <optional>
 #include <random>
 
+#include "contour/object_colors.hpp"
+#include "contour/outline_points.hpp"
 #include "holdfast/pose.hpp"
-#include "object_colors.hpp"
-#include "outline_points.hpp"
-#include "solver.hpp"
+#include "solve/solver.hpp"
 #include "support/kernel_checks.hpp"
 
 namespace {

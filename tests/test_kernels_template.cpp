@@ -3,8 +3,8 @@
 
 #include <random>
 
+#include "image/template_planes.hpp"
 #include "support/kernel_checks.hpp"
-#include "template_planes.hpp"
 
 namespace {
 

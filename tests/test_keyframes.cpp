@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "keyframes.hpp"
+#include "recovery/keyframes.hpp"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "photometry.hpp"
+#include "texture/photometry.hpp"
 
 namespace {
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <vector>
 
-#include "enlarged_texture.hpp"
+#include "base/light_encoding.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/tracker.hpp"
-#include "light_encoding.hpp"
-#include "light_levels.hpp"
+#include "render/enlarged_texture.hpp"
+#include "render/light_levels.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/textured_box.hpp"
 #include "support/ray_caster.hpp"

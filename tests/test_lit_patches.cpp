@@ -9,14 +9,14 @@
 #include <span>
 #include <vector>
 
-#include "device_impl.hpp"
+#include "base/levels.hpp"
+#include "device/device_impl.hpp"
 #include "holdfast/tracker.hpp"
-#include "levels.hpp"
-#include "lit_patches.hpp"
+#include "imaging/lit_patches.hpp"
+#include "imaging/tone_curve.hpp"
 #include "simulation/sequence.hpp"
 #include "support/render_comparison.hpp"
 #include "support/simulated.hpp"
-#include "tone_curve.hpp"
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/mesh.hpp"
-#include "texture_levels.hpp"
+#include "render/texture_levels.hpp"
 
 namespace holdfast {
 namespace {

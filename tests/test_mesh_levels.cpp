@@ -10,10 +10,10 @@
 #include <random>
 #include <set>
 
-#include "closed_surface.hpp"
+#include "base/closed_surface.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/renderer.hpp"
-#include "mesh_levels.hpp"
+#include "render/mesh_levels.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "holdfast/tracker.hpp"
-#include "motion_filter.hpp"
+#include "motion/motion_filter.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/textured_box.hpp"
 #include "support/simulated.hpp"

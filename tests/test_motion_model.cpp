@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "motion_model.hpp"
+#include "motion/motion_model.hpp"
 
 namespace {
 

@@ -5,8 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "carried_spread.hpp"
-#include "outline_memory.hpp"
+#include "contour/outline_memory.hpp"
+#include "solve/carried_spread.hpp"
 
 namespace {
 

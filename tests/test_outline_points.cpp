@@ -9,8 +9,8 @@
 #include <numbers>
 #include <vector>
 
-#include "object_colors.hpp"
-#include "outline_points.hpp"
+#include "contour/object_colors.hpp"
+#include "contour/outline_points.hpp"
 
 namespace {
 

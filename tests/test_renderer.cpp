@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "closed_surface.hpp"
+#include "base/closed_surface.hpp"
 #include "support/ray_caster.hpp"
 #include "support/render_comparison.hpp"
 

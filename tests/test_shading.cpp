@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "shading.hpp"
+#include "imaging/shading.hpp"
 
 using namespace holdfast;
 

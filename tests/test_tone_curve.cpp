@@ -8,13 +8,13 @@
 #include <random>
 #include <vector>
 
-#include "device_impl.hpp"
+#include "base/levels.hpp"
+#include "device/device_impl.hpp"
 #include "holdfast/error.hpp"
-#include "levels.hpp"
-#include "photometry.hpp"
+#include "imaging/tone_curve.hpp"
 #include "support/check_error.hpp"
 #include "support/render_comparison.hpp"
-#include "tone_curve.hpp"
+#include "texture/photometry.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "device_impl.hpp"
+#include "device/device_impl.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"

@@ -11,7 +11,7 @@
 #include "simulation/sequence.hpp"
 #include "simulation/textured_box.hpp"
 #include "support/simulated.hpp"
-#include "tracker_impl.hpp"
+#include "tracker/tracker_impl.hpp"
 
 namespace {
 

@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "device_impl.hpp"
-#include "levels.hpp"
+#include "base/levels.hpp"
+#include "device/device_impl.hpp"
+#include "image/view_template.hpp"
 #include "support/render_comparison.hpp"
-#include "view_template.hpp"
 
 namespace {
 

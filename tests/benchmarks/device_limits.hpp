@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "opencl.hpp"
+#include "device/opencl.hpp"
 
 namespace holdfast::bench {
 

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <vector>
 
-#include "shared.h"
+#include "device/shared.h"
 
 namespace holdfast::bench {
 namespace {

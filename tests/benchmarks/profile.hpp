@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "opencl.hpp"
+#include "device/opencl.hpp"
 
 namespace holdfast::bench {
 

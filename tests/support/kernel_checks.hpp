@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "device_impl.hpp"
-#include "image_filter.hpp"
-#include "levels.hpp"
+#include "base/levels.hpp"
+#include "device/device_impl.hpp"
+#include "image/image_filter.hpp"
 #include "support/reference.hpp"
 
 /// What the suites of the kernels share: a check is run on small odd sizes and a large one, on both partitions, and

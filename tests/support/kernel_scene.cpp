@@ -3,7 +3,7 @@
 #include <random>
 
 #include "holdfast/pose.hpp"
-#include "occlusion.hpp"
+#include "texture/occlusion.hpp"
 
 namespace holdfast::test {
 

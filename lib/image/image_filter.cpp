@@ -1,0 +1,102 @@
+#include "image/image_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace holdfast {
+
+std::vector<float> ImageFilter::gaussian_taps(double sigma) {
+  if (sigma <= 0) return {1.0f};
+  const int radius = static_cast<int>(std::ceil(3 * sigma));
+  std::vector<double> weights;
+  double sum = 0;
+  for (int k = 0; k <= radius; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma * sigma)));
+    sum += (k == 0 ? 1 : 2) * weights.back();
+  }
+  std::vector<float> taps;
+  for (const double weight : weights) taps.push_back(static_cast<float>(weight / sum));
+  return taps;
+}
+
+ImageFilter::Gaussian ImageFilter::make(const Device::Impl& device, double sigma) {
+  auto taps = gaussian_taps(sigma);
+  const int radius = static_cast<int>(taps.size()) - 1;
+  if (radius > HF_MAX_RADIUS) {
+    throw Error(ErrorCode::invalid_argument,
+                "blur_sigma " + std::to_string(sigma) + " is too wide: its reach of " + std::to_string(radius) +
+                    " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
+  }
+  const std::size_t bytes = taps.size() * sizeof(float);
+  return {sigma, radius, cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, taps.data())};
+}
+
+ImageFilter::ImageFilter(const Device::Impl& device, double sigma, double fine_sigma)
+    : device_(device), wide_(make(device, sigma)), fine_(make(device, std::min(sigma, fine_sigma))) {
+  halve_ = device.kernel("halve");
+  blur_ = device.kernel("blur");
+  if (!device.strips) return;
+  static_assert(static_cast<int>(PixelFormat::bgr8) == HF_BGR8 && static_cast<int>(PixelFormat::rgb8) == HF_RGB8 &&
+                static_cast<int>(PixelFormat::rgba8) == HF_RGBA8 && static_cast<int>(PixelFormat::grey8) == HF_GREY8);
+  for (const char* name : {"blur_bgr8", "blur_rgb8", "blur_rgba8", "blur_grey8"}) {
+    blur_frame_.push_back(device.kernel(name));
+  }
+  for (const char* name : {"halve_bgr8", "halve_rgb8", "halve_rgba8", "halve_grey8"}) {
+    halve_frame_.push_back(device.kernel(name));
+  }
+}
+
+void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
+                                const cl::Buffer& out) {
+  halve_.setArg(0, in);
+  halve_.setArg(1, in_level.layout);
+  halve_.setArg(2, to_kernel(rect));
+  halve_.setArg(3, out_level.layout);
+  halve_.setArg(4, out);
+  device_.enqueue_rows(halve_, rect.width, rect.height);
+}
+
+void ImageFilter::enqueue_halve(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
+                                const Rect& rect, const Level& out_level, const cl::Buffer& out) {
+  cl::Kernel& halve = halve_frame_[static_cast<std::size_t>(format)];
+  halve.setArg(0, in);
+  halve.setArg(1, frame);
+  halve.setArg(2, to_kernel(rect));
+  halve.setArg(3, out_level.layout);
+  halve.setArg(4, out);
+  device_.enqueue_rows(halve, rect.width, rect.height);
+}
+
+void ImageFilter::set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const {
+  kernel.setArg(index, level.layout);
+  kernel.setArg(index + 1, to_kernel(rect));
+  const Gaussian& blur = gaussian(level.index);
+  kernel.setArg(index + 2, blur.taps);
+  kernel.setArg(index + 3, blur.radius);
+}
+
+void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const {
+  const int columns = device_.strips ? HF_BLUR_COLUMNS : HF_TILE, rows = device_.strips ? HF_BLUR_ROWS : HF_TILE;
+  device_.enqueue_tiles(kernel, (rect.width + columns - 1) / columns, (rect.height + rows - 1) / rows);
+}
+
+void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
+                               const Rect& covered) {
+  blur_.setArg(0, in);
+  set_blur(blur_, 1, level, rect);
+  blur_.setArg(5, out);
+  blur_.setArg(6, to_kernel(covered));
+  enqueue_blocks(blur_, rect);
+}
+
+void ImageFilter::enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
+                               const Level& level, const Rect& rect, const cl::Buffer& out) {
+  cl::Kernel& blur = blur_frame_[static_cast<std::size_t>(format)];
+  blur.setArg(0, in);
+  blur.setArg(1, frame);
+  set_blur(blur, 2, level, rect);
+  blur.setArg(6, out);
+  enqueue_blocks(blur, rect);
+}
+
+}  // namespace holdfast

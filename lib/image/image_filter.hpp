@@ -1,0 +1,72 @@
+#pragma once
+
+#include <vector>
+
+#include "base/levels.hpp"
+#include "device/device_impl.hpp"
+#include "holdfast/image_view.hpp"
+
+namespace holdfast {
+
+/// Separable Gaussian and halving, the same for the rendered view and the frame.
+class ImageFilter {
+ public:
+  /// `sigma` in pixels; 0 leaves images as they are. One level at a time may be blurred by `fine_sigma` instead, no
+  /// wider than `sigma`. Throws Error(invalid_argument) when the reach exceeds HF_MAX_RADIUS.
+  ImageFilter(const Device::Impl& device, double sigma, double fine_sigma);
+  ImageFilter(const Device::Impl& device, double sigma) : ImageFilter(device, sigma, sigma) {}
+
+  /// Blurs images of that level by the fine Gaussian from now on, and others no longer; none: -1.
+  void set_fine_level(int level) { fine_level_ = level; }
+  int fine_level() const { return fine_level_; }
+  /// Pixels that images of a level are blurred by.
+  double sigma(int level) const { return gaussian(level).sigma; }
+
+  /// Pixels beyond which no blur reaches.
+  int radius() const { return wide_.radius; }
+
+  /// Weights of a one-dimensional Gaussian: [0] the centre, then one side; they sum to one over both sides.
+  static std::vector<float> gaussian_taps(double sigma);
+
+  /// `rect` in pixels of the coarser level.
+  void enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
+                     const cl::Buffer& out);
+  /// The same of a frame as it comes, where reads_frames().
+  void enqueue_halve(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Rect& rect,
+                     const Level& out_level, const cl::Buffer& out);
+  /// Blurs interleaved premultiplied pixels and divides by coverage. `rect` starts and is wide in whole vectors of four
+  /// pixels; in `covered` coverage is known to be 1 everywhere.
+  void enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
+                    const Rect& covered = {});
+
+  /// Whether frames of this format, as no lens distorts them, can be blurred and halved as they come, without being
+  /// converted.
+  bool reads_frames(PixelFormat format) const { return static_cast<std::size_t>(format) < blur_frame_.size(); }
+  /// Blurs such a frame.
+  void enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Level& level,
+                    const Rect& rect, const cl::Buffer& out);
+
+  /// Arguments of a kernel that blurs `rect`, from `index` on: layout, rectangle, taps and radius.
+  void set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const;
+  /// Enqueues a kernel that blurs as it goes, an item (or a group) a block of `rect`.
+  void enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const;
+
+ private:
+  struct Gaussian {
+    double sigma = 0;
+    int radius = 0;
+    cl::Buffer taps;
+  };
+  static Gaussian make(const Device::Impl& device, double sigma);
+  const Gaussian& gaussian(int level) const { return level == fine_level_ ? fine_ : wide_; }
+
+  const Device::Impl& device_;
+  Gaussian wide_, fine_;
+  int fine_level_ = -1;
+  cl::Kernel halve_, blur_;
+  std::vector<cl::Kernel> blur_frame_, halve_frame_;  ///< one a format
+};
+
+inline kernel::hf_rect to_kernel(const Rect& rect) { return {rect.x, rect.y, rect.width, rect.height}; }
+
+}  // namespace holdfast

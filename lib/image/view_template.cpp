@@ -1,0 +1,281 @@
+#include "image/view_template.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace holdfast {
+namespace {
+
+/// Less motion than this many pixels of the level drawn is left to the Gaussian.
+constexpr double kLeastMotionBlur = 1.0;
+/// Moments of an exposure: one each two pixels of motion (the blur that follows lets no finer ripple through), up to
+/// HF_MOST_TAPS.
+constexpr double kPixelsATap = 2.0;
+/// Variance of colour that has half the resolution, square pixels of the frame: the mean of two by two, interpolated
+/// linearly. Less than the least, of the level drawn, changes next to nothing.
+constexpr double kColorVariance = 1, kLeastColorVariance = 0.1;
+
+}  // namespace
+
+bool ViewRequest::operator==(const ViewRequest& other) const {
+  const auto rest = [](const ViewRequest& r) {
+    return std::tie(r.finest, r.count, r.grey, r.coarse_color, r.margin, r.exposure, r.tone, r.light_texels,
+                    r.lens_blur);
+  };
+  return T_camera_object.matrix() == other.T_camera_object.matrix() && shading == other.shading &&
+         rest(*this) == rest(other);
+}
+
+Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options) {
+  const Camera& camera = levels[0].camera;
+  return {mesh, std::max(camera.width, levels[0].padded_width), std::max(camera.height, levels[0].padded_height),
+          options};
+}
+
+ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, Renderer renderer,
+                           const std::vector<Level>& levels, ImageFilter& filter)
+    : device_(device),
+      levels_(levels),
+      filter_(filter),
+      template_planes_(device, filter, levels[0]),
+      renderer_(std::move(renderer)),
+      host_rgba_(device.host_memory(levels[0].elements * 4)),
+      host_depth_(device.host_memory(levels[0].elements * sizeof(float))) {
+  for (const auto& position : mesh.positions) box_.extend(position.cast<double>());
+  for (const Level& level : levels) {
+    const std::size_t plane = (level.elements + kGuardFloats) * sizeof(float);
+    Planes planes;
+    planes.value = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.dx = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.dy = device.zeroed_buffer(HF_CHANNELS * plane);
+    planes.depth = device.zeroed_buffer(plane);
+    planes.usable = device.zeroed_buffer(level.elements + kGuardFloats);
+    planes_.push_back(std::move(planes));
+    pixels_.push_back(device.zeroed_buffer((level.elements * HF_PIXEL + kGuardFloats) * sizeof(float)));
+  }
+  const std::size_t largest = levels[0].elements;
+  before_motion_ = device.zeroed_buffer((largest * HF_PIXEL + kGuardFloats) * sizeof(float));
+  rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, (largest + 2 * HF_RENDER_GUARD) * 4);
+  window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
+  unpack_ = device.kernel("unpack_view");
+  unpack_coarse_color_ = device.kernel("unpack_view_coarse_color");
+  unpack_depth_ = device.kernel("unpack_depth");
+  motion_blur_ = device.kernel("motion_blur");
+  halve_depth_ = device.kernel("halve_depth");
+}
+
+Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
+  const Camera& camera = levels_[0].camera;
+  const double least_depth = 1e-3 * box_.diagonal().norm();
+  double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+  int in_front = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d corner = T_camera_object * box_.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    if (corner.z() < least_depth) continue;
+    ++in_front;
+    const Eigen::Vector2d pixel = camera.project(corner);
+    x0 = std::min(x0, pixel.x());
+    x1 = std::max(x1, pixel.x());
+    y0 = std::min(y0, pixel.y());
+    y1 = std::max(y1, pixel.y());
+  }
+  if (in_front == 0) return {};
+  const double width = camera.width, height = camera.height;
+  if (in_front < 8) return {0, 0, camera.width, camera.height};
+  if (x1 < 0 || y1 < 0 || x0 > width - 1 || y0 > height - 1) return {};
+  const int left = static_cast<int>(std::floor(std::max(x0, 0.0)));
+  const int top = static_cast<int>(std::floor(std::max(y0, 0.0)));
+  const int right = static_cast<int>(std::ceil(std::min(x1, width - 1)));
+  const int bottom = static_cast<int>(std::ceil(std::min(y1, height - 1)));
+  return {left, top, right - left + 1, bottom - top + 1};
+}
+
+bool ViewTemplate::enqueue(const ViewRequest& request) {
+  const int finest = request.finest, count = request.count;
+  const Exposure& exposure = request.exposure;
+  const Margin& margin = request.margin;
+  const Rect object = bounds(request.T_camera_object);
+  T_camera_object_ = request.T_camera_object;
+  render_ms_ = 0;
+  for (auto& planes : planes_) planes.tiles = {};
+  if (object.empty()) return false;
+  const auto f = static_cast<std::size_t>(finest);
+  const Level& level = levels_[f];
+  // What lies around the object within reach of every level's blur and vote must be drawn too, as empty.
+  const int around = std::max(filter_.radius() + 2, HF_VOTE_RADIUS + 1) << (count - 1);
+  const Rect at_level{object.x >> finest, object.y >> finest, (object.width >> finest) + 2,
+                      (object.height >> finest) + 2};
+  const Rect rect = aligned(grown(at_level, around), HF_TILE << (count - 1), level.padded_width, level.padded_height);
+  if (rect.empty()) return false;
+
+  const auto start = std::chrono::steady_clock::now();
+  renderer_.set_shading(request.shading);
+  renderer_.set_tone(request.tone);
+  renderer_.set_light_texels(request.light_texels);
+  renderer_.set_lens_blur(request.lens_blur);
+  const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
+  // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
+  // frame meanwhile.
+  if (copied_()) copied_.wait();
+  const DepthRange range = range_ =
+      renderer_.render(request.T_camera_object, level.camera, rect,
+                       {host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
+  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
+  device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
+                                   &copied_);
+  device_.queue.flush();
+  drawn_ = rect;
+  drawn_level_ = f;
+  render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+
+  kernel::hf_view view{};
+  view.stride = rect.width;
+  view.height = rect.height;
+  view.grey = request.grey ? 1 : 0;
+  view.near_plane = static_cast<float>(range.near_plane);
+  view.far_plane = static_cast<float>(range.far_plane);
+  const double color_variance = kColorVariance / (1 << (2 * finest));
+  const bool coarse_color = request.coarse_color && !request.grey && color_variance >= kLeastColorVariance;
+  view.color_variance = static_cast<float>(color_variance);
+  const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
+  // Strips filter the render as it comes where nothing else is to be made of it.
+  const bool as_it_comes = device_.strips && !moving && !coarse_color && count == 1;
+  if (as_it_comes) {
+    unpack_depth_.setArg(0, window_depth_);
+    unpack_depth_.setArg(1, view);
+    unpack_depth_.setArg(2, to_kernel(rect));
+    unpack_depth_.setArg(3, level.layout);
+    unpack_depth_.setArg(4, planes_[f].depth);
+    device_.enqueue_rows(unpack_depth_, rect.width, rect.height);
+  } else {
+    cl::Kernel& unpack = coarse_color ? unpack_coarse_color_ : unpack_;
+    unpack.setArg(0, rgba_);
+    unpack.setArg(1, window_depth_);
+    unpack.setArg(2, view);
+    unpack.setArg(3, to_kernel(rect));
+    unpack.setArg(4, level.layout);
+    unpack.setArg(5, moving ? before_motion_ : pixels_[f]);
+    unpack.setArg(6, planes_[f].depth);
+    device_.enqueue_rows(unpack, rect.width, rect.height);
+  }
+  if (moving) enqueue_motion_blur(f, rect, exposure);
+
+  for (int step = 0; step < count; ++step) {
+    const auto l = static_cast<std::size_t>(finest + step);
+    const Rect level_rect = coarser(rect, step);
+    Planes& planes = planes_[l];
+    if (step > 0) {
+      filter_.enqueue_halve(pixels_[l - 1], levels_[l - 1], level_rect, levels_[l], pixels_[l]);
+      halve_depth_.setArg(0, planes_[l - 1].depth);
+      halve_depth_.setArg(1, levels_[l - 1].layout);
+      halve_depth_.setArg(2, to_kernel(level_rect));
+      halve_depth_.setArg(3, levels_[l].layout);
+      halve_depth_.setArg(4, planes.depth);
+      device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
+    }
+    // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
+    kernel::hf_template limits{};
+    limits.width = levels_[l].width;
+    limits.height = levels_[l].height;
+    limits.plane = static_cast<int>(levels_[l].elements);
+    limits.least_coverage = static_cast<float>(margin.least_coverage);
+    limits.jump = static_cast<float>(margin.depth_jump * (1 << l));
+    limits.reach = margin.jump_reach;
+    limits.bend = static_cast<float>(margin.bend * (1 << l));
+    const TemplatePlanes::Out out{planes.value, planes.dx, planes.dy, planes.usable};
+    if (as_it_comes) {
+      template_planes_.enqueue_render(rgba_, view, planes.depth, levels_[l], level_rect, limits, out);
+    } else {
+      template_planes_.enqueue(pixels_[l], planes.depth, levels_[l], level_rect, limits, out);
+    }
+    planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
+                    level_rect.height / HF_TILE};
+  }
+  return true;
+}
+
+void ViewTemplate::clear() {
+  T_camera_object_ = Pose::Identity();
+  for (Planes& planes : planes_) planes.tiles = {};
+}
+
+double ViewTemplate::window_depth(int x, int y) const {
+  const auto row = static_cast<std::size_t>(y - drawn_.y), column = static_cast<std::size_t>(x - drawn_.x);
+  return static_cast<double>(host_depth_.as<float>()[row * static_cast<std::size_t>(drawn_.width) + column]);
+}
+
+double ViewTemplate::inverse_depth(double depth) const {
+  return (range_.far_plane - depth * (range_.far_plane - range_.near_plane)) / (range_.near_plane * range_.far_plane);
+}
+
+std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
+  constexpr double kJump = 0.02;  // of 1/Z from a pixel to the next: what lies beyond is another surface
+  if (x <= drawn_.x || y <= drawn_.y || x + 1 >= drawn_.x + drawn_.width || y + 1 >= drawn_.y + drawn_.height)
+    return {};
+  bool surface = true;
+  const auto inverse = [&](int dx, int dy) {
+    const double d = window_depth(x + dx, y + dy);
+    surface = surface && d < 1;
+    return inverse_depth(d);
+  };
+  const double here = inverse(0, 0);
+  const double slope_x = 0.5 * (inverse(1, 0) - inverse(-1, 0)), slope_y = 0.5 * (inverse(0, 1) - inverse(0, -1));
+  if (!surface || std::abs(slope_x) > kJump * here || std::abs(slope_y) > kJump * here) return {};
+  // On a plane 1/Z is linear in the image.
+  const Camera& camera = levels_[drawn_level_].camera;
+  const Eigen::Vector3d normal(camera.fx * slope_x, camera.fy * slope_y,
+                               here + slope_x * (camera.cx - x) + slope_y * (camera.cy - y));
+  // n . P is the same all over the plane, n . (P / Z) = that / Z: positive as it is written, away from the camera.
+  return -normal.normalized();
+}
+
+std::optional<Eigen::Vector3d> ViewTemplate::mean_normal() const {
+  // On a plane 1/Z = (n . ray) / (n . P), linear in the ray.
+  constexpr int kStep = 2, kFewest = 20;
+  const Camera& camera = levels_[drawn_level_].camera;
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (int row = 0; row < drawn_.height; row += kStep) {
+    for (int column = 0; column < drawn_.width; column += kStep) {
+      const double d = window_depth(drawn_.x + column, drawn_.y + row);
+      if (d >= 1) continue;
+      const double inverse = inverse_depth(d);
+      const Eigen::Vector3d ray((drawn_.x + column - camera.cx) / camera.fx, (drawn_.y + row - camera.cy) / camera.fy,
+                                1);
+      products += ray * ray.transpose();
+      sums += inverse * ray;
+      ++count;
+    }
+  }
+  if (count < kFewest) return {};
+  return -products.ldlt().solve(sums).normalized();
+}
+
+void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {
+  const Camera& camera = levels_[level].camera;
+  kernel::hf_exposure e{};
+  for (int i = 0; i < 3; ++i) {
+    e.v[i] = static_cast<float>(exposure.twist(i));
+    e.w[i] = static_cast<float>(exposure.twist(3 + i));
+  }
+  e.fx = static_cast<float>(camera.fx);
+  e.fy = static_cast<float>(camera.fy);
+  e.cx = static_cast<float>(camera.cx);
+  e.cy = static_cast<float>(camera.cy);
+  e.light = exposure.light ? 1 : 0;
+  e.across = exposure.across ? 1 : 0;
+  e.taps = std::min(HF_MOST_TAPS, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
+  motion_blur_.setArg(0, before_motion_);
+  motion_blur_.setArg(1, planes_[level].depth);
+  motion_blur_.setArg(2, levels_[level].layout);
+  motion_blur_.setArg(3, to_kernel(rect));
+  motion_blur_.setArg(4, e);
+  motion_blur_.setArg(5, pixels_[level]);
+  device_.enqueue_rows(motion_blur_, rect.width, rect.height);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/levels.hpp"
+#include "holdfast/pose.hpp"
+#include "holdfast/renderer.hpp"
+#include "image/device_image.hpp"
+#include "image/image_filter.hpp"
+#include "image/template_planes.hpp"
+
+namespace holdfast {
+
+/// What the object moved by while the shutter was open: T <- exp(twist) T in all, half of it before the pose drawn.
+struct Exposure {
+  Twist twist = Twist::Zero();
+  double pixels = 0;    ///< longest way of a point in the image, pixels of level 0
+  bool light = false;   ///< light adds up, as in a camera; otherwise encoded values do, as in many a simulated frame
+  bool across = false;  ///< blurred as much at right angles to the motion: what no motion does
+
+  bool operator==(const Exposure&) const = default;
+};
+
+/// What is dropped at the silhouette and at depth jumps.
+struct Margin {
+  double least_coverage = 0.5;  ///< share of the blur's reach that must be known surface for a pixel to be usable
+  double depth_jump = 0.02;     ///< relative step in depth
+  int jump_reach = 1;           ///< pixels from a jump
+  double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
+
+  bool operator==(const Margin&) const = default;
+};
+
+/// All that decides how a view looks, but for the mesh and its textures.
+struct ViewRequest {
+  Pose T_camera_object = Pose::Identity();
+  int finest = 0;  ///< level at whose resolution it is drawn
+  int count = 1;   ///< levels from there on
+  bool grey = false;
+  bool coarse_color = false;  ///< colour has half the resolution of brightness (equation 6b of docs/math.md)
+  Margin margin;
+  Exposure exposure;
+  // As the Renderer's functions of these names take them.
+  Eigen::Vector3d shading = Eigen::Vector3d::Zero();
+  double tone = 1;
+  bool light_texels = false;
+  double lens_blur = 0;
+
+  /// Whether they are drawn alike, bit by bit.
+  bool operator==(const ViewRequest& other) const;
+};
+
+/// What draws a mesh as large as the levels' views become.
+Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options);
+
+/// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.
+class ViewTemplate {
+ public:
+  /// Planes of one level; a plane has Level::elements floats.
+  struct Planes {
+    cl::Buffer value, dx, dy;  ///< three planes each, one a channel
+    cl::Buffer depth;          ///< metres, 0 where empty
+    cl::Buffer usable;         ///< bytes: HF_NOT_VISIBLE, HF_UNUSABLE or HF_USED
+    kernel::hf_rect tiles{};   ///< region that holds the object, in tiles
+  };
+
+  /// `renderer`: view_renderer()'s of that mesh.
+  ViewTemplate(const Device::Impl& device, const Mesh& mesh, Renderer renderer, const std::vector<Level>& levels,
+               ImageFilter& filter);
+
+  /// Pixels of the frame that the object's bounding box covers at this pose, clipped; empty when it is out of view.
+  Rect bounds(const Pose& T_camera_object) const;
+
+  /// Draws a view and fills its levels. Returns false when the object is out of view. The call draws at once and
+  /// enqueues the rest. Throws as the Renderer does.
+  bool enqueue(const ViewRequest& request);
+
+  /// As if nothing had been drawn yet.
+  void clear();
+
+  /// Unit normal, towards the camera (camera axes), of the surface at a pixel of the finest level drawn last; none
+  /// beside other surface or none.
+  std::optional<Eigen::Vector3d> normal_at(int x, int y) const;
+
+  /// Unit normal, towards the camera (camera axes), of the plane nearest to all the surface drawn last; none where
+  /// next to nothing was drawn.
+  std::optional<Eigen::Vector3d> mean_normal() const;
+
+  const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
+  const Pose& T_camera_object() const { return T_camera_object_; }
+  Renderer& renderer() { return renderer_; }
+  /// Milliseconds spent drawing in the last enqueue().
+  double render_ms() const { return render_ms_; }
+
+ private:
+  /// OpenGL's, 0 to 1, of a pixel of the finest level drawn last, within what was drawn; 1: nothing.
+  double window_depth(int x, int y) const;
+  /// 1/Z of such a depth, 1 / metres.
+  double inverse_depth(double depth) const;
+
+  void enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure);
+
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  ImageFilter& filter_;
+  TemplatePlanes template_planes_;
+  Renderer renderer_;
+  Eigen::AlignedBox3d box_;
+  std::vector<Planes> planes_;
+  std::vector<cl::Buffer> pixels_;
+  cl::Buffer before_motion_;  ///< the finest level's pixels, not yet blurred by motion
+  cl::Buffer rgba_, window_depth_;
+  HostMemory host_rgba_, host_depth_;
+  Rect drawn_;        ///< what the host memory holds, pixels of the level drawn
+  DepthRange range_;  ///< of it
+  std::size_t drawn_level_ = 0;
+  cl::Event copied_;  ///< of the host memory
+  cl::Kernel unpack_, unpack_coarse_color_, unpack_depth_, motion_blur_, halve_depth_;
+  Pose T_camera_object_ = Pose::Identity();
+  double render_ms_ = 0;
+};
+
+}  // namespace holdfast

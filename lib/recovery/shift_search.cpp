@@ -1,0 +1,111 @@
+#include "recovery/shift_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+/// Pixels of the view that a shift is scored with, about: more cost time and change nothing.
+constexpr double kScoredPixels = 500;
+constexpr std::size_t kGradientPlanes = 7;
+
+/// Offset of a parabola's maximum through three equidistant values, in (-0.5, 0.5).
+double parabola_peak(double left, double center, double right) {
+  const double curvature = left - 2 * center + right;
+  if (curvature >= -1e-9) return 0;
+  return std::clamp(0.5 * (left - right) / curvature, -0.5, 0.5);
+}
+
+}  // namespace
+
+ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, std::size_t most_shifts)
+    : device_(device), levels_(levels) {
+  scores_.resize(most_shifts);
+  scores_buffer_ = device.zeroed_buffer(scores_.size() * sizeof(float));
+  // Searched is never the finest of several levels.
+  const Level& largest = levels[std::min<std::size_t>(1, levels.size() - 1)];
+  gradients_ = device.zeroed_buffer((largest.elements + kGuardFloats) * kGradientPlanes * sizeof(float));
+  frame_gradients_ = device.kernel("frame_gradients");
+  kernel_ = device.kernel("shift_scores");
+}
+
+void ShiftSearch::enqueue_gradients(const DeviceImage& image, int level_index) {
+  const Level& level = levels_[static_cast<std::size_t>(level_index)];
+  const Rect& valid = image.valid(level_index);
+  const Rect rect = aligned(valid, 4, level.padded_width, level.padded_height);
+  frame_gradients_.setArg(0, image.blurred(level_index));
+  frame_gradients_.setArg(1, level.layout);
+  frame_gradients_.setArg(2, to_kernel(rect));
+  frame_gradients_.setArg(3, gradients_);
+  frame_gradients_.setArg(4, static_cast<int>(level.elements));
+  device_.enqueue_rows(frame_gradients_, rect.width, rect.height);
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        int radius) {
+  return search(view, image, level_index, {-radius, -radius, 2 * radius + 1, 2 * radius + 1}, kScoredPixels);
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        const Rect& shifts, double scored_pixels) {
+  const kernel::hf_rect& tiles = view.planes(level_index).tiles;
+  const Rect drawn{tiles.x * HF_TILE, tiles.y * HF_TILE, tiles.width * HF_TILE, tiles.height * HF_TILE};
+  return search(view, image, level_index, shifts, scored_pixels, drawn);
+}
+
+ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
+                                        const Rect& shifts, double scored_pixels, const Rect& part) {
+  const Level& level = levels_[static_cast<std::size_t>(level_index)];
+  const ViewTemplate::Planes& planes = view.planes(level_index);
+  const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * part.width * part.height / scored_pixels)));
+  const Rect& valid = image.valid(level_index);
+  const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
+  kernel_.setArg(0, planes.dx);
+  kernel_.setArg(1, planes.dy);
+  kernel_.setArg(2, static_cast<int>(level.elements));
+  kernel_.setArg(3, planes.usable);
+  kernel_.setArg(4, level.layout);
+  kernel_.setArg(5, to_kernel(part));
+  kernel_.setArg(6, step);
+  kernel_.setArg(7, gradients_);
+  kernel_.setArg(8, static_cast<int>(level.elements));
+  kernel_.setArg(9, sampled);
+  kernel_.setArg(10, cl_int2{{shifts.x, shifts.y}});
+  kernel_.setArg(11, shifts.width);
+  kernel_.setArg(12, scores_buffer_);
+  const auto columns = static_cast<std::size_t>(shifts.width), rows = static_cast<std::size_t>(shifts.height);
+  const std::size_t items = device_.strips ? (columns + 15) / 16 : columns;
+  device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, rows), cl::NDRange(1, 1));
+  device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, columns * rows * sizeof(float), scores_.data());
+
+  const auto score = [&](int x, int y) {
+    return static_cast<double>(scores_[static_cast<std::size_t>((y - shifts.y) * shifts.width + x - shifts.x)]);
+  };
+  const int right = shifts.x + shifts.width, bottom = shifts.y + shifts.height;
+  const auto searched = [&](int x, int y) { return x >= shifts.x && y >= shifts.y && x < right && y < bottom; };
+  const bool begins_at_rest = searched(0, 0);
+  int best_x = begins_at_rest ? 0 : shifts.x, best_y = begins_at_rest ? 0 : shifts.y;
+  Result result;
+  if (begins_at_rest) result.unshifted = score(0, 0);
+  for (int y = shifts.y; y < bottom; ++y) {
+    for (int x = shifts.x; x < right; ++x) {
+      if (score(x, y) > score(best_x, best_y)) {
+        best_x = x;
+        best_y = y;
+      }
+    }
+  }
+  result.score = score(best_x, best_y);
+  result.dx = best_x;
+  result.dy = best_y;
+  if (searched(best_x - 1, best_y) && searched(best_x + 1, best_y)) {
+    result.dx += parabola_peak(score(best_x - 1, best_y), result.score, score(best_x + 1, best_y));
+  }
+  if (searched(best_x, best_y - 1) && searched(best_x, best_y + 1)) {
+    result.dy += parabola_peak(score(best_x, best_y - 1), result.score, score(best_x, best_y + 1));
+  }
+  return result;
+}
+
+}  // namespace holdfast

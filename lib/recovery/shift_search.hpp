@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include "image/device_image.hpp"
+#include "image/view_template.hpp"
+
+namespace holdfast {
+
+/// Finds by how many whole pixels of a level the view is displaced in the frame: a score a shift, the best wins.
+class ShiftSearch {
+ public:
+  /// `most_shifts`: as many are scored at once at most.
+  ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, std::size_t most_shifts);
+
+  struct Result {
+    double dx = 0, dy = 0;  ///< pixels of the level, refined between whole shifts
+    double score = 0;       ///< agreement of gradients, at most 1
+    double unshifted = 0;   ///< agreement without shift, where that is among the shifts
+  };
+
+  /// Prepares the blurred frame's level for search(); once a frame.
+  void enqueue_gradients(const DeviceImage& image, int level);
+
+  /// Shifts by up to `radius` both ways. Waits for the device.
+  Result search(const ViewTemplate& view, const DeviceImage& image, int level, int radius);
+  /// Shifts by [x, x + width) x [y, y + height). `scored_pixels`: pixels of the view that shifts are scored with,
+  /// about.
+  Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts,
+                double scored_pixels);
+  /// The same of a part of the view, pixels of the level.
+  Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts, double scored_pixels,
+                const Rect& part);
+
+ private:
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  cl::Buffer gradients_, scores_buffer_;
+  std::vector<float> scores_;
+  cl::Kernel frame_gradients_, kernel_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "render/gl_functions.hpp"
+
+namespace holdfast {
+
+/// Where a surface's colour comes from; each has its own variant of the shaders.
+enum class Appearance { textured, vertex_colored, unknown };
+
+/// A variant of the shaders and the places of its uniforms; -1: it has none of that name.
+struct Program {
+  GLuint name = 0;
+  GLint clip_from_object = -1;
+  GLint camera_from_object = -1;
+  GLint shading = -1;
+  GLint tone = -1;
+  GLint spread = -1;
+};
+
+/// What becomes of a surface's colour.
+enum class Lighting { none, shaded, shaded_and_toned };
+
+/// The shaders that surface is drawn with.
+class GlPrograms {
+ public:
+  /// `texture_samples`: RendererOptions'. Throws Error(renderer) with the compiler's log when one does not compile.
+  GlPrograms(const GlFunctions& gl, int texture_samples);
+
+  const Program& of(Appearance appearance, Lighting lighting = Lighting::none) const {
+    return programs_[static_cast<std::size_t>(lighting)][static_cast<std::size_t>(appearance)];
+  }
+
+ private:
+  static constexpr std::size_t kAppearances = 3, kLightings = 3;
+
+  std::array<std::array<Program, kAppearances>, kLightings> programs_;
+};
+
+}  // namespace holdfast

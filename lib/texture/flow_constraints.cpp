@@ -1,0 +1,86 @@
+#include "texture/flow_constraints.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace holdfast {
+
+FlowConstraints::FlowConstraints(const Device::Impl& device, const std::vector<Level>& levels)
+    : device_(device),
+      levels_(levels),
+      most_tiles_(static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y())),
+      partials_(device.host_memory(most_tiles_ * HF_SUM_STRIDE * sizeof(float))) {
+  sums_ = cl::Buffer(device.context, CL_MEM_READ_WRITE, most_tiles_ * HF_SUM_STRIDE * sizeof(float));
+  for (const Level& level : levels) classes_.push_back(device.zeroed_buffer(level.elements + kGuardFloats));
+  kernel_ = device.kernel("flow_constraints");
+}
+
+void FlowConstraints::enqueue(const ViewTemplate& view, const OcclusionTest& occlusion, int level_index,
+                              const kernel::hf_constraints& constraints, const cl::Buffer& photometry) {
+  const Level& level = levels_[static_cast<std::size_t>(level_index)];
+  const ViewTemplate::Planes& planes = view.planes(level_index);
+  tiles_ = planes.tiles;
+  kernel_.setArg(0, planes.value);
+  kernel_.setArg(1, planes.dx);
+  kernel_.setArg(2, planes.dy);
+  kernel_.setArg(3, static_cast<int>(level.elements));
+  kernel_.setArg(4, planes.depth);
+  kernel_.setArg(5, level.layout);
+  kernel_.setArg(6, planes.tiles);
+  kernel_.setArg(7, occlusion.samples());
+  kernel_.setArg(8, occlusion.classes(level_index));
+  kernel_.setArg(9, constraints);
+  kernel_.setArg(10, photometry);
+  kernel_.setArg(11, level.cells_x());
+  kernel_.setArg(12, classes_[static_cast<std::size_t>(level_index)]);
+  kernel_.setArg(13, sums_);
+  device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);
+}
+
+ConstraintSums FlowConstraints::read() {
+  ConstraintSums sums;
+  const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
+  if (count == 0) return sums;
+  device_.queue.enqueueReadBuffer(sums_, CL_TRUE, 0, count * HF_SUM_STRIDE * sizeof(float), partials_.data());
+  std::array<double, HF_SUM_MAIN> total{};
+  for (std::size_t tile = 0; tile < count; ++tile) {
+    const float* partial = partials_.as<const float>() + tile * HF_SUM_STRIDE;
+    if (partial[HF_SUM_VISIBLE] == 0.0f) continue;
+    for (std::size_t i = 0; i < total.size(); ++i) total[i] += static_cast<double>(partial[i]);
+  }
+  std::size_t n = HF_SUM_A;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) sums.A(i, j) = sums.A(j, i) = total[n++];
+    sums.h(i) = total[static_cast<std::size_t>(HF_SUM_H + i)];
+  }
+  sums.weighted_square = total[HF_SUM_WRR];
+  sums.weight = total[HF_SUM_W];
+  sums.rows = total[HF_SUM_ROWS];
+  sums.visible = total[HF_SUM_VISIBLE];
+  sums.usable = total[HF_SUM_USABLE];
+  sums.gradient = total[HF_SUM_GRADIENT];
+  sums.passed = total[HF_SUM_PASSED];
+  sums.used = total[HF_SUM_USED];
+  return sums;
+}
+
+double FlowConstraints::passing_share() const {
+  std::array<double, 101> counting_at{};  // per cent passed -> counting pixels of such tiles
+  double counting = 0;
+  const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float* sums = partials_.as<const float>() + i * HF_SUM_STRIDE;
+    const double here = sums[HF_SUM_GRADIENT];
+    if (here <= 0) continue;
+    const double share = std::min(1.0, sums[HF_SUM_PASSED] / here);
+    counting_at[static_cast<std::size_t>(100 * share)] += here;
+    counting += here;
+  }
+  if (counting <= 0) return 1;
+  std::size_t percent = 100;
+  for (double seen = counting_at[percent]; seen < 0.25 * counting && percent > 0; seen += counting_at[percent])
+    --percent;
+  return 0.01 * static_cast<double>(percent);
+}
+
+}  // namespace holdfast
