@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,9 +16,11 @@
 /// what is wrong in it and what to do.
 namespace holdfast::io {
 
-/// Reads any model file that assimp reads (OBJ, PLY, glTF, ...), its textures and vertex colours; `scale` turns the
-/// file's unit into metres. Throws Error(file) or Error(model).
-HOLDFAST_EXPORT Mesh load_model(const std::filesystem::path& path, double scale = 1.0);
+/// Reads a model file (OBJ, PLY, OFF, glTF 2.0, and what else assimp reads), its textures and colours; `scale` turns
+/// the file's unit into metres. `remarks`, where given, gets a line for each thing in it that is missing or not
+/// supported and without which the model can be used. Throws Error(file) or Error(model).
+HOLDFAST_EXPORT Mesh load_model(const std::filesystem::path& path, double scale = 1.0,
+                                std::vector<std::string>* remarks = nullptr);
 
 /// The files that load_model() reads for this one: itself, and the material files, buffers and textures that it names,
 /// as far as they are there. The file alone where it is no model.
@@ -33,14 +36,15 @@ HOLDFAST_EXPORT bool is_file_of_model(const std::filesystem::path& path, const s
 /// The files, of those that are there already, that save_model() may replace under this name.
 HOLDFAST_EXPORT std::vector<std::filesystem::path> replaceable_model_files(const std::filesystem::path& path);
 
-/// A warning naming the likely unit when the object is under 1 mm or over 10 m, or when, seen at this pose, it is about
-/// 1000 times too large or too small for the picture, or when the focal length is too short for any lens and probably
-/// in millimetres; nothing when all is plausible.
+/// A warning naming the likely unit when the object is under 1 mm or over 30 m (100 m where it is seen whole), or when,
+/// seen at this pose, it is about 1000 times too large or too small for the picture, or when the focal length is too
+/// short for any lens and probably in millimetres; nothing when all is plausible.
 HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                                         const std::optional<Camera>& camera);
 
-/// Reads an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML or "fx fy cx cy" text. Text has no size:
-/// width and height stay 0. Throws Error(file) or Error(camera).
+/// Reads an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML (its binning and region of interest applied),
+/// Kalibr's chain of one camera, or "fx fy cx cy" text. Text has no size: width and height stay 0. Throws Error(file)
+/// or Error(camera), also for a lens model that is not supported.
 HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 
 /// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output),
@@ -52,11 +56,16 @@ HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera
 /// from.
 HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
 
-/// Reads the first pose of a file: a 3x4 or 4x4 row-major matrix in any line layout, or TUM (t tx ty tz qx qy qz qw).
+/// A warning where the principal point lies so far from the middle of the frames that the calibration is probably
+/// another picture's; nothing where it is near or the camera has no size.
+HOLDFAST_EXPORT std::optional<std::string> camera_warning(const Camera& camera);
+
+/// Reads the first pose of a file: a 3x4 or 4x4 row-major matrix in any line layout, TUM (t tx ty tz qx qy qz qw), or
+/// six numbers: OpenCV's rvec and tvec, in one line or two of three, or ViSP's translation and rotation in six lines.
 /// Throws Error(file) or Error(pose).
 HOLDFAST_EXPORT Pose load_pose(const std::filesystem::path& path);
 
-/// All poses of a file, one a line (12 or 16 numbers, or TUM's 8).
+/// All poses of a file, one a line (12 or 16 numbers, TUM's 8, or OpenCV's rvec and tvec).
 HOLDFAST_EXPORT std::vector<Pose> load_poses(const std::filesystem::path& path);
 
 struct TimedPose {
@@ -69,6 +78,14 @@ HOLDFAST_EXPORT std::vector<TimedPose> load_timed_poses(const std::filesystem::p
 
 /// Writes a 4x4 matrix as text. Throws Error(output), and Error(pose) when it is not finite.
 HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
+
+/// Looks at an encoded image's header before anything is decoded. Throws Error(file) where it is no picture of a known
+/// kind, ends early, or has more than 67 million pixels. `name` is for the message.
+HOLDFAST_EXPORT void check_image(const void* bytes, std::size_t size, const std::string& name);
+
+/// By how many degrees to the right an encoded picture says (EXIF) that it must be turned to stand upright: 0, 90, 180
+/// or 270. Holdfast takes pictures as they are stored.
+HOLDFAST_EXPORT int image_turn(const void* bytes, std::size_t size);
 
 /// An image file as RGBA; throws Error(file).
 HOLDFAST_EXPORT Texture load_texture(const std::filesystem::path& path);

@@ -8,7 +8,7 @@
 #define HF_PAD 16           /* never-written (zero) pixels around every level image */
 #define HF_CHANNELS 3       /* colour channels; a grey frame uses the first only */
 #define HF_PIXEL 4          /* floats of a filtered pixel: three channels and coverage */
-#define HF_SAMPLES 9        /* planes of warped samples: value, d/dx, d/dy of three channels */
+#define HF_SAMPLES 3        /* planes of warped samples: three channels */
 #define HF_VOTE_RADIUS 4    /* of the largest neighbourhood: 9x9 */
 #define HF_MAX_RADIUS 8     /* largest blur radius, pixels */
 #define HF_BLUR_COLUMNS 128 /* most pixels of the block that an item of the 'strips' partition blurs */
@@ -75,6 +75,7 @@
 #define HF_OUTLINE_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
 #define HF_OUTLINE_HALF_EDGE 0.7f    /* pixels beyond the outline to which pixels show shares, sharp frames */
 #define HF_OUTLINE_AGREED2 2.25f     /* squared distance of an edge by colours at which its shares weigh half */
+#define HF_CONTOUR_DOUBT 0.15f       /* doubt at which an edge by shares counts as much as one by colours */
 #define HF_OUTLINE_LEAST_DOUBT 0.3f  /* added to the doubt that weighs shares */
 
 #ifdef __OPENCL_VERSION__
@@ -98,7 +99,7 @@ typedef struct {
 typedef struct {
   HF_INT width, height;  /* of the frame */
   HF_INT offset, stride; /* bytes */
-  HF_INT distorted;      /* 1: undistort */
+  HF_INT distorted;      /* 1: undistort; 2: a fisheye's picture, whose k1 to k4 are k1, k2, p1, p2 */
   HF_FLOAT fx, fy, cx, cy;
   HF_FLOAT k1, k2, p1, p2, k3, k4, k5, k6;
 } hf_frame;
@@ -142,13 +143,11 @@ typedef struct {
 } hf_exposure;
 
 typedef struct {
-  HF_INT gradient_test, angle_test, magnitude_test, all_channels, angle_together, compare_magnitudes;
-  HF_INT channels;            /* of the frame: 1 when it is grey */
+  HF_INT gradient_test, angle_test, magnitude_test, angle_together;
   HF_FLOAT gradient_minimum2; /* squared */
   HF_FLOAT angle_cosine2;     /* squared cosine of the largest angle */
   HF_FLOAT difference_maximum;
   HF_FLOAT difference_relative; /* added: this share of the larger magnitude */
-  HF_INT keep_gradients;        /* 1: sampled gradients are written for the constraints, not only values */
 } hf_tests;
 
 typedef struct {
@@ -162,7 +161,6 @@ typedef struct {
   HF_INT robust;
   HF_FLOAT inverse_scale2; /* 1 / sigma^2 of the residual */
   HF_FLOAT freedom;        /* degrees of freedom of Student's t */
-  HF_INT mean_gradient;    /* 1: mean of both gradients, 0: rendered only */
   HF_INT redundancy;
   HF_FLOAT redundancy_cosine2;
   HF_FLOAT gradient_minimum2; /* a channel of less has no row of its own beside redundant ones */

@@ -41,6 +41,12 @@ float3 fetch_yuyv(__global const uchar* frame, hf_frame f, int x, int y) {
 float2 distorted_position(hf_frame f, int x, int y) {
   const float a = (x - f.cx) / f.fx, b = (y - f.cy) / f.fy;
   const float r2 = a * a + b * b;
+  if (f.distorted == 2) {
+    const float r = sqrt(r2), angle = atan(r), a2 = angle * angle;
+    const float bent = angle * (1.0f + a2 * (f.k1 + a2 * (f.k2 + a2 * (f.p1 + a2 * f.p2))));
+    const float scale = r > 1e-6f ? bent / r : 1.0f;
+    return (float2)(f.fx * a * scale + f.cx, f.fy * b * scale + f.cy);
+  }
   const float radial = (1.0f + r2 * (f.k1 + r2 * (f.k2 + r2 * f.k3))) / (1.0f + r2 * (f.k4 + r2 * (f.k5 + r2 * f.k6)));
   const float da = a * radial + 2.0f * f.p1 * a * b + f.p2 * (r2 + 2.0f * a * a);
   const float db = b * radial + f.p1 * (r2 + 2.0f * b * b) + 2.0f * f.p2 * a * b;

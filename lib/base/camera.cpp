@@ -9,7 +9,8 @@
 namespace holdfast {
 
 bool Camera::has_distortion() const {
-  return std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });
+  return lens == LensModel::fisheye ||
+         std::any_of(distortion.begin(), distortion.end(), [](double k) { return k != 0; });
 }
 
 Eigen::Vector2d Camera::project(const Eigen::Vector3d& p_camera) const {
@@ -21,6 +22,12 @@ Eigen::Vector2d Camera::distort(const Eigen::Vector2d& pixel) const {
   const double x = (pixel.x() - cx) / fx;
   const double y = (pixel.y() - cy) / fy;
   const double r2 = x * x + y * y;
+  if (lens == LensModel::fisheye) {
+    const double r = std::sqrt(r2), angle = std::atan(r), a2 = angle * angle;
+    const double bent = angle * (1 + a2 * (k1 + a2 * (k2 + a2 * (p1 + a2 * p2))));  // its third and fourth
+    const double scale = r > 1e-12 ? bent / r : 1;
+    return {fx * x * scale + cx, fy * y * scale + cy};
+  }
   const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
   const double x_distorted = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x);
   const double y_distorted = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y;

@@ -121,9 +121,13 @@ std::string listing(const std::vector<Candidate>& candidates) {
 /// The wanted device's index, or the default's; sets the chosen one's reason. Throws Error(device).
 std::size_t choose(std::vector<Candidate>& candidates, const std::string& option) {
   if (candidates.empty()) {
+    if (const auto folder = unwritable_pocl_cache()) {
+      throw Error(ErrorCode::device, "no OpenCL device found; PoCL has none where it cannot write to its cache, '" +
+                                         folder->string() + "': make room there, or set POCL_CACHE_DIR to a folder " +
+                                         "that can be written");
+    }
     throw Error(ErrorCode::device,
-                "no OpenCL device found; install a driver, for example Debian's package pocl-opencl-icd for the CPU "
-                "(PoCL also needs a HOME or POCL_CACHE_DIR that can be written)");
+                "no OpenCL device found; install a driver, for example Debian's package pocl-opencl-icd for the CPU");
   }
   const char* variable = std::getenv("HOLDFAST_DEVICE");
   const bool by_option = !option.empty();

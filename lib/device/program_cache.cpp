@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
 
 namespace holdfast {
@@ -113,6 +114,13 @@ cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& de
   try {
     program.build({device}, options.c_str());
   } catch (const cl::Error& error) {
+    const auto unwritable = unwritable_pocl_cache();
+    if (unwritable && platform.getInfo<CL_PLATFORM_NAME>().find("Portable") != std::string::npos) {
+      throw Error(ErrorCode::device, "PoCL cannot compile the OpenCL kernels, since it cannot write to its cache, '" +
+                                         unwritable->string() +
+                                         "': make room there, or set POCL_CACHE_DIR to a folder " +
+                                         "that can be written");
+    }
     throw Error(ErrorCode::device, "the OpenCL kernels do not compile on '" + device.getInfo<CL_DEVICE_NAME>() +
                                        "' (error " + std::to_string(error.err()) +
                                        "); choose another device or update its driver. Compiler log: " +

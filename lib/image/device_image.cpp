@@ -7,6 +7,8 @@
 namespace holdfast {
 namespace {
 
+constexpr std::size_t kMostBytes = std::numeric_limits<int>::max();  // kernels count in int
+
 void check_frame(int width, int height, const Camera& camera) {
   if (width <= 0 || height <= 0) {
     throw Error(ErrorCode::image, "the frame is empty (" + std::to_string(width) + "x" + std::to_string(height) +
@@ -49,6 +51,10 @@ std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
   if (stride < packed) {
     throw Error(ErrorCode::image, "the frame's stride of " + std::to_string(stride) + " bytes is shorter than a row (" +
                                       std::to_string(packed) + " bytes)");
+  }
+  if (stride > kMostBytes) {
+    throw Error(ErrorCode::image,
+                "the frame's stride of " + std::to_string(stride) + " bytes is longer than any row: is it negative?");
   }
   return stride;
 }
@@ -95,11 +101,15 @@ void DeviceImage::check(const DeviceImageView& frame) const {
   if (buffer.getInfo<CL_MEM_CONTEXT>()() != device_.context()) {
     throw Error(ErrorCode::image, "the frame's OpenCL buffer belongs to another context than the tracker's device");
   }
+  if (frame.offset_bytes > kMostBytes) {
+    throw Error(ErrorCode::image,
+                "the frame begins more than 2 GiB into its OpenCL buffer; give it a buffer of its own");
+  }
   const std::size_t end = frame.offset_bytes + frame_bytes(frame.format, frame.height, stride);
   if (buffer.getInfo<CL_MEM_SIZE>() < end) {
     throw Error(ErrorCode::image, "the frame's OpenCL buffer is smaller than its size, stride and offset say");
   }
-  if (end > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+  if (end > kMostBytes) {
     throw Error(ErrorCode::image, "the frame ends more than 2 GiB into its OpenCL buffer; give it a buffer of its own");
   }
 }
@@ -154,7 +164,7 @@ void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::s
   frame_.height = camera_.height;
   frame_.offset = static_cast<int>(offset);
   frame_.stride = static_cast<int>(stride);
-  frame_.distorted = camera_.has_distortion() ? 1 : 0;
+  frame_.distorted = camera_.lens == LensModel::fisheye ? 2 : camera_.has_distortion() ? 1 : 0;
   frame_.fx = static_cast<float>(camera_.fx);
   frame_.fy = static_cast<float>(camera_.fy);
   frame_.cx = static_cast<float>(camera_.cx);

@@ -45,6 +45,7 @@ class DeviceImage {
   const cl::Buffer& blurred(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].blurred; }
   /// Level pixels [x, x + width) x [y, y + height) whose central differences are exact.
   const Rect& valid(int level) const { return levels_buffers_[static_cast<std::size_t>(level)].valid; }
+  const Camera& camera() const { return camera_; }
   /// One channel only.
   bool grey() const { return format_ == PixelFormat::grey8; }
 

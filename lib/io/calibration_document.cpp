@@ -4,9 +4,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <opencv2/core.hpp>
+#include <stdexcept>
 
 #include "holdfast/error.hpp"
+#include "io/json_text.hpp"
+#include "io/xml_text.hpp"
 
 namespace holdfast::io {
 namespace {
@@ -21,74 +23,56 @@ namespace fs = std::filesystem;
                           path.string(), syntax, reason));
 }
 
-json from_opencv(const cv::FileNode& node) {
-  switch (node.type()) {
-    case cv::FileNode::INT:
-      return static_cast<int>(node);
-    case cv::FileNode::REAL:
-      return static_cast<double>(node);
-    case cv::FileNode::STRING:
-      return static_cast<std::string>(node);
-    case cv::FileNode::SEQ: {
-      json list = json::array();
-      for (const cv::FileNode& child : node) {
-        list.push_back(from_opencv(child));
+/// A tree of YAML with its aliases written out: a few bytes of them may stand for any number of values.
+class YamlReader {
+ public:
+  json read(const YAML::Node& node, int depth = 0) {
+    if (depth > kMostNested) throw std::runtime_error("its lists and maps are nested too deeply");
+    if (++values_ > kMostValues) throw std::runtime_error("it holds more than 100000 values");
+    switch (node.Type()) {
+      case YAML::NodeType::Scalar: {
+        double number = 0;
+        if (node.Tag() != "!" && YAML::convert<double>::decode(node, number)) {  // "!": a quoted string
+          return number;
+        }
+        return node.Scalar();
       }
-      return list;
-    }
-    case cv::FileNode::MAP: {
-      json map = json::object();
-      for (const cv::FileNode& child : node) {
-        map[child.name()] = from_opencv(child);
+      case YAML::NodeType::Sequence: {
+        json list = json::array();
+        for (const YAML::Node& child : node) {
+          list.push_back(read(child, depth + 1));
+        }
+        return list;
       }
-      return map;
+      case YAML::NodeType::Map: {
+        json map = json::object();
+        for (const auto& entry : node) {
+          map[entry.first.as<std::string>()] = read(entry.second, depth + 1);
+        }
+        return map;
+      }
+      default:
+        return nullptr;
     }
-    default:
-      return nullptr;
   }
-}
 
-json from_yaml(const YAML::Node& node) {
-  switch (node.Type()) {
-    case YAML::NodeType::Scalar: {
-      double number = 0;
-      if (node.Tag() != "!" && YAML::convert<double>::decode(node, number)) {  // "!": a quoted string
-        return number;
-      }
-      return node.Scalar();
-    }
-    case YAML::NodeType::Sequence: {
-      json list = json::array();
-      for (const YAML::Node& child : node) {
-        list.push_back(from_yaml(child));
-      }
-      return list;
-    }
-    case YAML::NodeType::Map: {
-      json map = json::object();
-      for (const auto& entry : node) {
-        map[entry.first.as<std::string>()] = from_yaml(entry.second);
-      }
-      return map;
-    }
-    default:
-      return nullptr;
-  }
-}
+ private:
+  static constexpr int kMostValues = 100'000;
+  int values_ = 0;
+};
 
 json parse_xml(const std::string& text, const fs::path& path) {
   try {
-    const cv::FileStorage storage(text, cv::FileStorage::READ | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_XML);
-    return from_opencv(storage.root());
-  } catch (const cv::Exception& error) {
-    fail(path, "OpenCV XML", error.err);
+    return parse_xml_text(text);
+  } catch (const std::runtime_error& error) {
+    fail(path, "OpenCV XML", error.what());
   }
 }
 
 json parse_json(const std::string& text, const fs::path& path) {
   try {
-    return json::parse(text);
-  } catch (const json::exception& error) {
+    return parse_json_text(text);
+  } catch (const std::runtime_error& error) {
     fail(path, "JSON", error.what());
   }
 }
@@ -98,8 +82,8 @@ json parse_json(const std::string& text, const fs::path& path) {
 json parse_yaml(const std::string& text, const fs::path& path) {
   const std::size_t body = text.starts_with("%YAML:") ? std::min(text.find('\n'), text.size()) : 0;
   try {
-    return from_yaml(YAML::Load(text.substr(body)));
-  } catch (const YAML::Exception& error) {
+    return YamlReader().read(YAML::Load(text.substr(body)));
+  } catch (const std::runtime_error& error) {  // YAML's exceptions too
     fail(path, "YAML", error.what());
   }
 }

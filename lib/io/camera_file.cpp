@@ -19,6 +19,10 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+/// Share of a frame's side that a lens's axis is off its middle in no camera that shows all of its sensor.
+constexpr double kFarFromMiddle = 0.15;
+constexpr std::size_t kMostCameraBytes = 1'000'000;
+
 /// How much the shapes of one view at two sizes differ by, log of width over height: pixels are whole.
 constexpr double kSameShape = 0.02;
 
@@ -88,6 +92,14 @@ void set_camera_matrix(Camera& camera, const std::vector<double>& k, const fs::p
 }
 
 void set_distortion(Camera& camera, const std::vector<double>& d, const fs::path& path) {
+  if (camera.lens == LensModel::fisheye) {
+    const bool none = std::all_of(d.begin(), d.end(), [](double k) { return k == 0; });
+    if (d.size() != 4 && !none) {
+      fail(path, fmt::format("{} distortion coefficients; a fisheye has 4: k1 k2 k3 k4", d.size()));
+    }
+    std::copy_n(d.begin(), std::min<std::size_t>(4, d.size()), camera.distortion.begin());
+    return;
+  }
   const bool known = d.empty() || d.size() == 4 || d.size() == 5 || d.size() == 8 || d.size() == 12 || d.size() == 14;
   if (!known) {
     fail(path,
@@ -101,23 +113,37 @@ void set_distortion(Camera& camera, const std::vector<double>& d, const fs::path
   std::copy_n(d.begin(), std::min<std::size_t>(8, d.size()), camera.distortion.begin());
 }
 
-void require_supported_model(const json& document, const fs::path& path) {
-  const json* fisheye = find(document, {"fisheyemodel", "fisheye"});
-  const bool is_fisheye = fisheye != nullptr && ((fisheye->is_number() && fisheye->get<double>() != 0) ||
-                                                 (fisheye->is_boolean() && fisheye->get<bool>()) ||
-                                                 (fisheye->is_string() && plain_name(*fisheye) == "true"));
-  std::string model = is_fisheye ? "fisheye" : "";
-  if (const json* named = find(document, {"distortionmodel"}); named != nullptr && named->is_string()) {
-    model = named->get<std::string>();
+bool is_true(const json& node) {
+  return (node.is_number() && node.get<double>() != 0) || (node.is_boolean() && node.get<bool>()) ||
+         (node.is_string() && plain_name(node) == "true");
+}
+
+/// The lens by what the file calls it, under any of the names that are about.
+LensModel lens_model(const json& document, const fs::path& path) {
+  LensModel lens = LensModel::polynomial;
+  if (const json* fisheye = find(document, {"fisheyemodel", "fisheye"}); fisheye != nullptr && is_true(*fisheye)) {
+    lens = LensModel::fisheye;
   }
-  for (const char* supported : {"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv"}) {
-    if (plain_name(model) == supported) {
-      return;
+  for (const std::string_view key :
+       {"distortionmodel", "cameramodel", "modeltype", "lensmodel", "projectionmodel", "cameratype", "model"}) {
+    const json* named = find(document, {key});
+    if (named == nullptr || !named->is_string()) continue;
+    const std::string name = plain_name(*named);
+    const auto is_one_of = [&name](std::initializer_list<std::string_view> names) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    if (is_one_of({"equidistant", "fisheye", "opencvfisheye", "kannalabrandt", "kannalabrandt4", "kannalabrandt8"})) {
+      lens = LensModel::fisheye;
+    } else if (key != "model" &&
+               !is_one_of({"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv",
+                           "pinhole", "perspective", "brown", "brownconrady", "standard"})) {
+      fail(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
+                             "equidistant, or undistort the frames",
+                             key == "distortionmodel" ? "distortion model" : "camera model",
+                             named->get<std::string>().substr(0, 40)));
     }
   }
-  fail(path, fmt::format("the distortion model '{}' is not supported: calibrate with plumb_bob or rational_polynomial, "
-                         "or undistort the frames",
-                         model));
+  return lens;
 }
 
 double number(const json& node, const fs::path& path, const std::string& name) {
@@ -136,12 +162,16 @@ int size_in_pixels(const json& node, const fs::path& path, const std::string& na
 }
 
 void set_size(Camera& camera, const json& document, const fs::path& path) {
-  const json* width = find(document, {"imagewidth", "width"});
-  const json* height = find(document, {"imageheight", "height"});
+  const json* width = find(document, {"imagewidth", "width", "imagesizewidth", "imgwidth"});
+  const json* height = find(document, {"imageheight", "height", "imagesizeheight", "imgheight"});
   if (width != nullptr && height != nullptr) {
     camera.width = size_in_pixels(*width, path, "image_width");
     camera.height = size_in_pixels(*height, path, "image_height");
   } else if (const json* size = find(document, {"imagesize", "resolution"}); size != nullptr) {
+    if (size->is_object()) {
+      set_size(camera, *size, path);
+      return;
+    }
     if (!size->is_array() || size->size() != 2) {
       fail(path, "'image_size' is not [width, height]");
     }
@@ -150,30 +180,91 @@ void set_size(Camera& camera, const json& document, const fs::path& path) {
   }
 }
 
-Camera camera_from_document(const json& document, const fs::path& path) {
-  Camera camera;
-  if (!document.is_object()) {
-    fail(path, "expected an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML, or 'fx fy cx cy' as text");
-  }
-  if (const json* matrix = find(document, {"cameramatrix", "k", "intrinsicmatrix", "mtx"}); matrix != nullptr) {
-    set_camera_matrix(camera, matrix_values(*matrix, path, "camera_matrix"), path);
-  } else {
-    for (const auto& [name, value] :
-         {std::pair{"fx", &camera.fx}, {"fy", &camera.fy}, {"cx", &camera.cx}, {"cy", &camera.cy}}) {
-      const json* node = find(document, {name});
-      if (node == nullptr) {
-        fail(path, "there is neither a camera_matrix nor fx, fy, cx, cy in it");
-      }
-      *value = number(*node, path, name);
+/// The part of the sensor that ROS's frames show (`roi`), and how many of its pixels make one (`binning`).
+void apply_region(Camera& camera, const json& document, const fs::path& path) {
+  const auto value = [&path](const json& owner, std::string_view name) {
+    const json* node = find(owner, {name});
+    const double read = node == nullptr || node->is_null() ? 0 : number(*node, path, std::string(name));
+    if (!(read >= 0 && read < 1e5 && read == std::floor(read))) {
+      fail(path, fmt::format("'{}' is {}, not a number of pixels", name, read));
+    }
+    return static_cast<int>(read);
+  };
+  if (const json* roi = find(document, {"roi"}); roi != nullptr && roi->is_object()) {
+    const int width = value(*roi, "width"), height = value(*roi, "height");
+    camera.cx -= value(*roi, "xoffset");
+    camera.cy -= value(*roi, "yoffset");
+    if (width > 0 && height > 0) {
+      camera.width = width;
+      camera.height = height;
     }
   }
-  require_supported_model(document, path);
+  const int across = std::max(1, value(document, "binningx")), down = std::max(1, value(document, "binningy"));
+  if (across == 1 && down == 1) return;
+  if (camera.width < across || camera.height < down) {
+    fail(path, "it names a binning, but no size of the frames");
+  }
+  // Pixels are binned whole: what is left over at the right and the bottom is dropped.
+  camera.width -= camera.width % across;
+  camera.height -= camera.height % down;
+  camera = camera.rescaled(camera.width / across, camera.height / down);
+}
+
+void set_intrinsics(Camera& camera, const json& document, const fs::path& path) {
+  if (const json* matrix = find(document, {"cameramatrix", "k", "intrinsicmatrix", "mtx"}); matrix != nullptr) {
+    set_camera_matrix(camera, matrix_values(*matrix, path, "camera_matrix"), path);
+    return;
+  }
+  if (const json* list = find(document, {"intrinsics"}); list != nullptr && list->is_array()) {  // Kalibr's
+    const std::vector<double> values = matrix_values(*list, path, "intrinsics");
+    if (values.size() != 4) {
+      fail(path, fmt::format("the intrinsics are {} numbers, not fx fy cx cy", values.size()));
+    }
+    camera.fx = values[0];
+    camera.fy = values[1];
+    camera.cx = values[2];
+    camera.cy = values[3];
+    return;
+  }
+  for (const auto& [name, value] :
+       {std::pair{"fx", &camera.fx}, {"fy", &camera.fy}, {"cx", &camera.cx}, {"cy", &camera.cy}}) {
+    const json* node = find(document, {name});
+    if (node == nullptr) {
+      fail(path, "there is neither a camera_matrix nor fx, fy, cx, cy in it");
+    }
+    *value = number(*node, path, name);
+  }
+}
+
+/// The one camera of Kalibr's chain; the document itself where it is no chain.
+const json& camera_of_chain(const json& document, const fs::path& path) {
+  const json* only = nullptr;
+  for (const auto& [name, value] : document.items()) {
+    const bool is_camera = value.is_object() && name.starts_with("cam") && value.contains("intrinsics");
+    if (!is_camera) continue;
+    if (only != nullptr) {
+      fail(path, "it holds several cameras: leave only the one whose frames these are");
+    }
+    only = &value;
+  }
+  return only != nullptr ? *only : document;
+}
+
+Camera camera_from_document(const json& whole, const fs::path& path) {
+  Camera camera;
+  if (!whole.is_object()) {
+    fail(path, "expected an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML, or 'fx fy cx cy' as text");
+  }
+  const json& document = camera_of_chain(whole, path);
+  set_intrinsics(camera, document, path);
+  camera.lens = lens_model(document, path);
   if (const json* distortion = find(document, {"distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff",
                                                "distortion", "dist", "d"});
       distortion != nullptr && !distortion->is_null()) {
     set_distortion(camera, matrix_values(*distortion, path, "distortion_coefficients"), path);
   }
   set_size(camera, document, path);
+  apply_region(camera, document, path);
   return camera;
 }
 
@@ -210,7 +301,7 @@ void require_usable(const Camera& camera, const fs::path& path) {
 }  // namespace
 
 Camera load_camera(const fs::path& path) {
-  const std::string text = read_text_file(path, "camera file");
+  const std::string text = read_text_file(path, "camera file", kMostCameraBytes);
   const auto lines = parse_numbers(text);
   const Camera camera =
       lines ? camera_from_numbers(*lines, path) : camera_from_document(parse_calibration(text, path), path);
@@ -229,13 +320,33 @@ void save_camera(const fs::path& path, const Camera& camera) {
   require_usable(camera, path);
   cv::FileStorage storage(extension, cv::FileStorage::WRITE | cv::FileStorage::MEMORY);
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
-  cv::Mat distortion(1, static_cast<int>(camera.distortion.size()), CV_64F);
-  std::copy(camera.distortion.begin(), camera.distortion.end(), distortion.ptr<double>());
+  const bool fisheye = camera.lens == LensModel::fisheye;
+  cv::Mat distortion(1, fisheye ? 4 : static_cast<int>(camera.distortion.size()), CV_64F);
+  std::copy_n(camera.distortion.begin(), distortion.cols, distortion.ptr<double>());
   if (camera.width > 0 && camera.height > 0) {
     storage << "image_width" << camera.width << "image_height" << camera.height;
   }
+  if (fisheye) {
+    storage << "distortion_model"
+            << "equidistant";
+  }
   storage << "camera_matrix" << cv::Mat(matrix) << "distortion_coefficients" << distortion;
   write_text_file(path, storage.releaseAndGetString());
+}
+
+std::optional<std::string> camera_warning(const Camera& camera) {
+  if (camera.width <= 0 || camera.height <= 0) {
+    return std::nullopt;
+  }
+  const double across = std::abs(camera.cx + 0.5 - 0.5 * camera.width) / camera.width;
+  const double down = std::abs(camera.cy + 0.5 - 0.5 * camera.height) / camera.height;
+  if (across < kFarFromMiddle && down < kFarFromMiddle) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "the camera's principal point ({:.6g}, {:.6g}) lies far from the middle of frames of {}x{}: is the calibration "
+      "one of frames of another size, or of which these are a part? then it is wrong for them",
+      camera.cx, camera.cy, camera.width, camera.height);
 }
 
 Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale) {
@@ -250,6 +361,13 @@ Camera camera_for_frames(const Camera& camera, int width, int height, bool resca
     fitted.height = height;
   } else if (camera.width != width || camera.height != height) {
     const double shape = static_cast<double>(width) / height, calibrated_shape = 1.0 * camera.width / camera.height;
+    if (std::abs(std::log(shape * calibrated_shape)) < kSameShape && std::abs(std::log(shape)) > kSameShape) {
+      throw Error(ErrorCode::camera,
+                  fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: turned by 90 degrees; turn "
+                              "the frames or calibrate with frames that stand as these do (pictures are read as they "
+                              "are stored, whatever they say of their orientation)",
+                              width, height, camera.width, camera.height));
+    }
     if (std::abs(std::log(shape / calibrated_shape)) > kSameShape) {
       throw Error(ErrorCode::camera,
                   fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}, another shape: they are "

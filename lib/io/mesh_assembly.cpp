@@ -1,18 +1,16 @@
 #include "io/mesh_assembly.hpp"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <cctype>
-#include <cstring>
 #include <functional>
 #include <utility>
 
 #include "holdfast/error.hpp"
 
 namespace holdfast::io {
+namespace {
 
-namespace fs = std::filesystem;
+constexpr std::size_t kMostTriangles = 10'000'000;  // a short file may use one mesh any number of times
+
+}  // namespace
 
 std::size_t MeshAssembly::Hash::operator()(const Vertex& vertex) const {
   std::size_t hash = 0;
@@ -38,63 +36,47 @@ std::uint32_t MeshAssembly::index_of(const Vertex& vertex) {
 }
 
 void MeshAssembly::add_triangle(const std::array<Vertex, 3>& corners, std::uint32_t material) {
+  const auto wrapped = wrapped_.find(material);
+  if (wrapped != wrapped_.end()) {
+    wrapped->second.triangles.push_back(corners);
+  } else {
+    append(corners, material);
+  }
+}
+
+void MeshAssembly::append(const std::array<Vertex, 3>& corners, std::uint32_t material) {
   const std::array<std::uint32_t, 3> triangle{index_of(corners[0]), index_of(corners[1]), index_of(corners[2])};
   const auto& [a, b, c] = triangle;
   if (a != b && b != c && c != a) {
+    if (mesh_.triangles.size() == kMostTriangles) {
+      throw Error(ErrorCode::model, "a model of more than 10 million triangles: simplify it");
+    }
     mesh_.triangles.push_back(triangle);
     mesh_.triangle_materials.push_back(material);
   }
 }
 
-std::uint32_t MeshAssembly::add_material(Material material) {
+std::uint32_t MeshAssembly::add_material(Material material, const Wrapping& wrapping) {
+  const auto index = static_cast<std::uint32_t>(mesh_.materials.size());
+  if (!material.texture.empty() && wrapping != Wrapping{}) {
+    wrapped_[index].wrapping = wrapping;
+  }
   mesh_.materials.push_back(std::move(material));
-  return static_cast<std::uint32_t>(mesh_.materials.size() - 1);
+  return index;
 }
 
 Mesh MeshAssembly::take() {
+  for (auto& [material, wrapped] : wrapped_) {
+    std::vector<Eigen::Vector2f*> coordinates;
+    for (std::array<Vertex, 3>& corners : wrapped.triangles) {
+      for (Vertex& corner : corners) coordinates.push_back(&corner.texture_coordinate);
+    }
+    wrap_texture(mesh_.materials[material], wrapped.wrapping, coordinates);
+    for (const std::array<Vertex, 3>& corners : wrapped.triangles) append(corners, material);
+  }
+  wrapped_.clear();
   vertices_.clear();
   return std::exchange(mesh_, {});
-}
-
-namespace {
-
-int hexadecimal_digit(char digit) {
-  const char* digits = "0123456789abcdef";
-  const char* found = digit == 0 ? nullptr : std::strchr(digits, std::tolower(static_cast<unsigned char>(digit)));
-  return found == nullptr ? -1 : static_cast<int>(found - digits);
-}
-
-std::string percent_decoded(const std::string& text) {
-  std::string decoded;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool escape = text[i] == '%' && i + 2 < text.size() && hexadecimal_digit(text[i + 1]) >= 0 &&
-                        hexadecimal_digit(text[i + 2]) >= 0;
-    if (escape) {
-      decoded += static_cast<char>(hexadecimal_digit(text[i + 1]) * 16 + hexadecimal_digit(text[i + 2]));
-      i += 2;
-    } else {
-      decoded += text[i];
-    }
-  }
-  return decoded;
-}
-
-}  // namespace
-
-fs::path find_texture(const fs::path& model, const std::string& name) {
-  std::string plain = name;
-  std::replace(plain.begin(), plain.end(), '\\', '/');
-  const fs::path folder = model.parent_path();
-  const fs::path as_written = folder / plain;
-  for (const fs::path& candidate : {as_written, folder / percent_decoded(plain), folder / fs::path(plain).filename()}) {
-    std::error_code ignored;
-    if (fs::is_regular_file(candidate, ignored)) {
-      return candidate;
-    }
-  }
-  throw Error(ErrorCode::file,
-              fmt::format("texture '{}' of model '{}' does not exist: put it there or correct the name in the model",
-                          as_written.string(), model.string()));
 }
 
 }  // namespace holdfast::io

@@ -2,11 +2,12 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
-#include <string>
+#include <map>
 #include <unordered_map>
+#include <vector>
 
 #include "holdfast/mesh.hpp"
+#include "io/texture_wrap.hpp"
 
 namespace holdfast::io {
 
@@ -26,9 +27,11 @@ class MeshAssembly {
   MeshAssembly(bool with_texture_coordinates, bool with_colors)
       : with_texture_coordinates_(with_texture_coordinates), with_colors_(with_colors) {}
 
+  /// Throws Error(model) for more than ten million.
   void add_triangle(const std::array<Vertex, 3>& corners, std::uint32_t material);
-  std::uint32_t add_material(Material material);
-  /// Hands the mesh over; the assembly is empty afterwards.
+  /// A texture that is not repeated beyond its borders is drawn larger, so that a renderer that repeats shows the same.
+  std::uint32_t add_material(Material material, const Wrapping& wrapping = {});
+  /// Hands the mesh over; the assembly is empty afterwards. Throws Error(model) for a texture that would be too large.
   Mesh take();
 
  private:
@@ -36,16 +39,19 @@ class MeshAssembly {
     std::size_t operator()(const Vertex& vertex) const;
   };
 
+  struct Wrapped {
+    Wrapping wrapping;
+    std::vector<std::array<Vertex, 3>> triangles;  ///< that wait for all coordinates to be known
+  };
+
   std::uint32_t index_of(const Vertex& vertex);
+  void append(const std::array<Vertex, 3>& corners, std::uint32_t material);
 
   bool with_texture_coordinates_;
   bool with_colors_;
   Mesh mesh_;
+  std::map<std::uint32_t, Wrapped> wrapped_;  ///< by material
   std::unordered_map<Vertex, std::uint32_t, Hash> vertices_;
 };
-
-/// The texture file that a model names: beside the model, whatever slashes and escapes its exporter wrote; an absolute
-/// path of the exporting machine falls back on the bare file name. Throws Error(file) naming it when it is missing.
-std::filesystem::path find_texture(const std::filesystem::path& model, const std::string& name);
 
 }  // namespace holdfast::io

@@ -17,7 +17,11 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/gltf_file.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/named_file.hpp"
+#include "io/obj_file.hpp"
+#include "io/off_file.hpp"
 #include "io/ply_file.hpp"
 #include "io/text_file.hpp"
 #include "io/texture_file.hpp"
@@ -26,6 +30,8 @@ namespace holdfast::io {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNodes = 1'000'000;
 
 /// A texture that a material names: its path in the file and the set of texture coordinates it is laid out by.
 struct TextureReference {
@@ -46,6 +52,11 @@ TextureReference diffuse_texture(const aiMaterial& material) {
 }
 
 Texture embedded_texture(const aiTexture& embedded, const std::string& name) {
+  constexpr unsigned most = 1 << 14;
+  if (embedded.mHeight > most || (embedded.mHeight > 0 && embedded.mWidth > most)) {
+    throw Error(ErrorCode::file,
+                fmt::format("image '{}' is {}x{}, too large", name, embedded.mWidth, embedded.mHeight));
+  }
   if (embedded.mHeight == 0) {
     return decode_texture(embedded.pcData, embedded.mWidth, name);
   }
@@ -70,13 +81,47 @@ class SceneReader {
       : scene_(scene), path_(path), scale_(scale), assembly_(any_part_with_coordinates(), any_part_colored()) {}
 
   Mesh read() {
+    require_whole();
     if (scene_.mRootNode != nullptr) {
-      add_node(*scene_.mRootNode, aiMatrix4x4());
+      add_nodes(*scene_.mRootNode);
     }
     return assembly_.take();
   }
 
  private:
+  /// An importer is not to be trusted with a damaged file: all that is used below is there.
+  void require_whole() const {
+    const auto fail = [this](const std::string& reason) {
+      throw Error(ErrorCode::file,
+                  fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+    };
+    for (unsigned i = 0; i < scene_.mNumMeshes; ++i) {
+      const aiMesh* part = scene_.mMeshes[i];
+      if (part == nullptr || (part->mNumFaces > 0 && (part->mFaces == nullptr || part->mVertices == nullptr))) {
+        fail(fmt::format("its mesh {} has no vertices", i));
+      }
+      for (unsigned f = 0; f < part->mNumFaces; ++f) {
+        const aiFace& face = part->mFaces[f];
+        for (unsigned k = 0; k < face.mNumIndices; ++k) {
+          if (face.mIndices[k] >= part->mNumVertices) {
+            fail(fmt::format("a face refers to vertex {}, but there are {}", face.mIndices[k], part->mNumVertices));
+          }
+        }
+      }
+    }
+    std::vector<const aiNode*> open;
+    if (scene_.mRootNode != nullptr) open.push_back(scene_.mRootNode);
+    for (std::size_t seen = 0; !open.empty(); ++seen) {
+      const aiNode* node = open.back();
+      open.pop_back();
+      if (node == nullptr || seen > kMostNodes) fail("its tree of parts is damaged");
+      for (unsigned i = 0; i < node->mNumMeshes; ++i) {
+        if (node->mMeshes[i] >= scene_.mNumMeshes) fail(fmt::format("it refers to mesh {}", node->mMeshes[i]));
+      }
+      open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
+    }
+  }
+
   TextureReference texture_of(const aiMesh& part) const {
     return part.mMaterialIndex < scene_.mNumMaterials ? diffuse_texture(*scene_.mMaterials[part.mMaterialIndex])
                                                       : TextureReference{};
@@ -117,13 +162,15 @@ class SceneReader {
     return materials_[key] = assembly_.add_material(std::move(material));
   }
 
-  void add_node(const aiNode& node, const aiMatrix4x4& T_object_parent) {
-    const aiMatrix4x4 T_object_node = T_object_parent * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      add_part(*scene_.mMeshes[node.mMeshes[i]], T_object_node);
-    }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) {
-      add_node(*node.mChildren[i], T_object_node);
+  void add_nodes(const aiNode& root) {
+    std::vector<std::pair<const aiNode*, aiMatrix4x4>> open{{&root, root.mTransformation}};  // may be deep
+    while (!open.empty()) {
+      const auto [node, T_object_node] = open.back();
+      open.pop_back();
+      for (unsigned i = 0; i < node->mNumMeshes; ++i) add_part(*scene_.mMeshes[node->mMeshes[i]], T_object_node);
+      for (unsigned i = 0; i < node->mNumChildren; ++i) {
+        open.push_back({node->mChildren[i], T_object_node * node->mChildren[i]->mTransformation});
+      }
     }
   }
 
@@ -201,33 +248,74 @@ Mesh load_with_assimp(const fs::path& path, double scale) {
     throw Error(ErrorCode::file,
                 fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY or glTF", path.string()));
   }
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+  const aiScene* scene = nullptr;
+  std::string reason = "it is damaged";
+  try {
+    scene = importer.ReadFile(path.string(), aiProcess_Triangulate);
+    if (scene == nullptr) reason = importer.GetErrorString();
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
   if (scene == nullptr) {
     throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read ({}): is the file complete and readable?",
-                                             path.string(), importer.GetErrorString()));
+                                             path.string(), reason));
   }
   return SceneReader(*scene, path, scale).read();
 }
 
+Mesh load_by_format(const fs::path& path, double scale, std::vector<std::string>& remarks) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") return load_obj(path, scale, remarks);
+  if (extension == ".ply") return load_ply(path, scale, remarks);
+  if (extension == ".off") return load_off(path, scale);
+  if (extension == ".gltf" || extension == ".glb") return load_gltf(path, scale, remarks);
+  return load_with_assimp(path, scale);
+}
+
+/// What an importer opens, and the textures that the materials it found name.
+std::vector<fs::path> files_by_assimp(const fs::path& path) {
+  std::vector<fs::path> files{path};
+  Assimp::Importer importer;
+  importer.SetIOHandler(new NotedFiles(files));  // which the importer owns from now on
+  const aiScene* scene = importer.ReadFile(path.string(), 0);
+  for (unsigned i = 0; scene != nullptr && i < scene->mNumMaterials; ++i) {
+    const std::string name = diffuse_texture(*scene->mMaterials[i]).path;
+    if (name.empty() || scene->GetEmbeddedTexture(name.c_str()) != nullptr) continue;
+    if (const auto file = named_file(name, {path.parent_path()})) files.push_back(*file);
+  }
+  return files;
+}
+
+std::vector<fs::path> named_files(const fs::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") return obj_files(path);
+  if (extension == ".gltf" || extension == ".glb") return gltf_files(path);
+  if (extension == ".off") return {};
+  if (extension != ".ply") return files_by_assimp(path);
+  std::vector<fs::path> files;
+  for (const std::string& name : ply_textures(path)) {
+    if (const auto file = named_file(name, {path.parent_path()})) files.push_back(*file);
+  }
+  return files;
+}
+
 }  // namespace
 
-Mesh load_model(const fs::path& path, double scale) {
+Mesh load_model(const fs::path& path, double scale, std::vector<std::string>* remarks) {
   if (!(std::isfinite(scale) && scale > 0)) {
     throw Error(ErrorCode::invalid_argument,
                 fmt::format("the model's scale is {}: give a positive number, 0.001 for millimetres", scale));
   }
   require_file(path, "model");
+  std::vector<std::string> ignored;
   std::optional<Mesh> mesh;
-  if (lower_extension(path) == ".ply") {
-    mesh = load_ply_with_corner_coordinates(path, scale);
-  }
-  if (!mesh) {
-    mesh = load_with_assimp(path, scale);
-  }
   try {
+    mesh = load_by_format(path, scale, remarks != nullptr ? *remarks : ignored);
     mesh->validate();
   } catch (const Error& error) {
+    if (error.code() != ErrorCode::model) throw;
     std::string reason = error.what();
+    if (reason.find(path.string()) != std::string::npos) throw;
     if (reason.starts_with("model: ")) {
       reason.erase(0, std::strlen("model: "));
     }
@@ -238,18 +326,13 @@ Mesh load_model(const fs::path& path, double scale) {
 
 std::vector<fs::path> model_files(const fs::path& path) {
   std::vector<fs::path> files{path};
-  Assimp::Importer importer;
-  importer.SetIOHandler(new NotedFiles(files));  // which the importer owns from now on
-  const aiScene* scene = importer.ReadFile(path.string(), 0);
-  for (unsigned i = 0; scene != nullptr && i < scene->mNumMaterials; ++i) {
-    const std::string name = diffuse_texture(*scene->mMaterials[i]).path;
-    if (name.empty() || scene->GetEmbeddedTexture(name.c_str()) != nullptr) continue;
-    try {
-      files.push_back(find_texture(path, name));
-    } catch (const Error&) {
-      // Not there.
-    }
+  try {
+    for (fs::path& file : named_files(path)) files.push_back(std::move(file));
+  } catch (const Error&) {
+    // No model, or a damaged one.
   }
+  std::sort(files.begin() + 1, files.end());
+  files.erase(std::unique(files.begin() + 1, files.end()), files.end());
   return files;
 }
 

@@ -1,5 +1,6 @@
 #include "io/numbers.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <string_view>
 
@@ -7,6 +8,9 @@ namespace holdfast::io {
 namespace {
 
 constexpr std::string_view kSeparators = " \t\r\v\f,;[](){}";
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
+}  // namespace
 
 std::optional<double> parse_number(std::string_view word) {
   if (word.starts_with('+')) {
@@ -20,7 +24,28 @@ std::optional<double> parse_number(std::string_view word) {
   return value;
 }
 
-}  // namespace
+bool next_line(std::string_view& text, std::string_view& line) {
+  if (text.empty()) {
+    return false;
+  }
+  const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
+  line = text.substr(0, end);
+  const bool both = text.substr(end).starts_with("\r\n");
+  text.remove_prefix(std::min(end + (both ? 2 : 1), text.size()));
+  return true;
+}
+
+std::string_view next_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(kBlanks));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+std::string_view trimmed(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+  return text.substr(0, text.find_last_not_of(kBlanks) + 1);
+}
 
 std::optional<std::vector<NumberLine>> parse_numbers(const std::string& text, int* bad_line, std::string* bad_word) {
   std::vector<NumberLine> lines;

@@ -2,9 +2,22 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace holdfast::io {
+
+/// The number that a word is, whatever the locale: "1", "-.5", "+2.", "1e-3", "nan"; nothing for another word.
+std::optional<double> parse_number(std::string_view word);
+
+/// Takes the next line off a text, without its end ("\n", "\r\n" or "\r"); false where no text is left.
+bool next_line(std::string_view& text, std::string_view& line);
+
+/// Takes the next word off a line; empty where there is none.
+std::string_view next_word(std::string_view& line);
+
+/// A text without blanks around it.
+std::string_view trimmed(std::string_view text);
 
 /// Numbers of one line of a text file.
 struct NumberLine {

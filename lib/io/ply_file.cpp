@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <sstream>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,115 +17,32 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/named_file.hpp"
+#include "io/ply_header.hpp"
+#include "io/polygon.hpp"
 #include "io/text_file.hpp"
 
 namespace holdfast::io {
 namespace {
 
 namespace fs = std::filesystem;
+using Encoding = PlyHeader::Encoding;
+using Type = PlyHeader::Type;
+using Property = PlyHeader::Property;
+using Element = PlyHeader::Element;
 
-[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
-  throw Error(ErrorCode::file,
-              fmt::format("model '{}' cannot be read ({}): is the file complete?", path.string(), reason));
-}
-
-enum class Encoding { text, little_endian, big_endian };
-
-enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-struct Property {
-  std::string name;
-  Type type = Type::float32;
-  std::optional<Type> count_type;  ///< set for lists
-};
-
-struct Element {
-  std::string name;
-  std::size_t count = 0;
-  std::vector<Property> properties;
-};
-
-struct Header {
-  Encoding encoding = Encoding::text;
-  std::vector<Element> elements;
-  std::vector<std::string> textures;
-  std::size_t size = 0;  ///< bytes up to the data
-};
-
-Type parse_type(const std::string& word, const fs::path& path) {
-  constexpr std::pair<std::string_view, Type> names[] = {
-      {"char", Type::int8},     {"int8", Type::int8},       {"uchar", Type::uint8},    {"uint8", Type::uint8},
-      {"short", Type::int16},   {"int16", Type::int16},     {"ushort", Type::uint16},  {"uint16", Type::uint16},
-      {"int", Type::int32},     {"int32", Type::int32},     {"uint", Type::uint32},    {"uint32", Type::uint32},
-      {"float", Type::float32}, {"float32", Type::float32}, {"double", Type::float64}, {"float64", Type::float64}};
-  for (const auto& [name, type] : names) {
-    if (word == name) {
-      return type;
-    }
-  }
-  fail(path, fmt::format("its header names an unknown type '{}'", word));
-}
-
-Header parse_header(const std::string& bytes, const fs::path& path) {
-  Header header;
-  std::istringstream lines(bytes.substr(0, std::min<std::size_t>(bytes.size(), 1 << 16)));
-  std::string line;
-  while (std::getline(lines, line)) {
-    if (line.ends_with('\r')) {
-      line.pop_back();
-    }
-    std::istringstream words(line);
-    std::string keyword;
-    std::string word;
-    words >> keyword;
-    if (keyword == "format") {
-      words >> word;
-      header.encoding = word == "ascii"                  ? Encoding::text
-                        : word == "binary_little_endian" ? Encoding::little_endian
-                                                         : Encoding::big_endian;
-    } else if (keyword == "comment") {
-      words >> word;
-      if (word == "TextureFile") {
-        std::getline(words >> std::ws, word);
-        header.textures.push_back(word);
-      }
-    } else if (keyword == "element") {
-      Element element;
-      words >> element.name >> element.count;
-      if (!words || element.count > bytes.size()) {  // each takes a byte at least
-        fail(path, fmt::format("its header's '{}' is not possible in {} bytes", line, bytes.size()));
-      }
-      header.elements.push_back(element);
-    } else if (keyword == "property" && !header.elements.empty()) {
-      Property property;
-      words >> word;
-      if (word == "list") {
-        words >> word;
-        property.count_type = parse_type(word, path);
-        words >> word;
-      }
-      property.type = parse_type(word, path);
-      words >> property.name;
-      header.elements.back().properties.push_back(property);
-    } else if (keyword == "end_header") {
-      header.size = lines.eof() ? bytes.size() : static_cast<std::size_t>(lines.tellg());
-      return header;
-    }
-  }
-  fail(path, "its header has no end");
-}
-
-const Element* find_element(const Header& header, std::string_view name) {
+const Element* find_element(const PlyHeader& header, std::string_view name) {
   const auto found = std::find_if(header.elements.begin(), header.elements.end(),
                                   [name](const Element& element) { return element.name == name; });
   return found == header.elements.end() ? nullptr : &*found;
 }
 
-bool has_corner_coordinates(const Header& header) {
-  const Element* face = find_element(header, "face");
-  return face != nullptr && std::any_of(face->properties.begin(), face->properties.end(), [](const Property& property) {
-           return property.count_type && property.name == "texcoord";
-         });
+/// Whether an element has a property of one of these names, a list or not.
+bool has_property(const Element& element, std::span<const std::string_view> names, bool list) {
+  return std::any_of(element.properties.begin(), element.properties.end(), [&](const Property& property) {
+    return property.count_type.has_value() == list &&
+           std::find(names.begin(), names.end(), property.name) != names.end();
+  });
 }
 
 /// The values after the header, one after the other.
@@ -138,7 +57,7 @@ class Values {
   void next(const Property& property, std::vector<double>& values) {
     const double count = property.count_type ? next(*property.count_type) : 1;
     if (!(count >= 0 && count <= static_cast<double>(data_.size()))) {
-      fail(path_, fmt::format("a list '{}' of {} values", property.name, count));
+      fail_ply(path_, fmt::format("a list '{}' of {} values", property.name, count));
     }
     values.clear();
     for (double i = 0; i < count; ++i) {
@@ -150,13 +69,14 @@ class Values {
   double next_word() {
     const std::size_t first = data_.find_first_not_of(" \t\r\n");
     if (first == std::string_view::npos) {
-      fail(path_, "it ends early");
+      fail_ply(path_, "it ends early");
     }
     data_.remove_prefix(first);
     double value = 0;
     const auto [end, error] = std::from_chars(data_.data(), data_.data() + data_.size(), value);
     if (error != std::errc()) {
-      fail(path_, fmt::format("'{}' is not a number", data_.substr(0, data_.find_first_of(" \t\r\n")).substr(0, 20)));
+      fail_ply(path_,
+               fmt::format("'{}' is not a number", data_.substr(0, data_.find_first_of(" \t\r\n")).substr(0, 20)));
     }
     data_.remove_prefix(static_cast<std::size_t>(end - data_.data()));
     return value;
@@ -166,7 +86,7 @@ class Values {
   double next_stored() {
     char bytes[sizeof(Stored)];
     if (data_.size() < sizeof(Stored)) {
-      fail(path_, "it ends early");
+      fail_ply(path_, "it ends early");
     }
     std::memcpy(bytes, data_.data(), sizeof(Stored));
     data_.remove_prefix(sizeof(Stored));
@@ -198,7 +118,7 @@ class Values {
       case Type::float64:
         return next_stored<double>();
     }
-    fail(path_, "unknown type");
+    fail_ply(path_, "unknown type");
   }
 
   std::string_view data_;
@@ -211,29 +131,66 @@ std::uint8_t to_byte(double value, Type type) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(scaled, 0.0, 255.0)));
 }
 
-void set_vertex_property(Vertex& vertex, const Property& property, double value, double scale) {
-  constexpr std::string_view axes[] = {"x", "y", "z"};
-  constexpr std::string_view channels[] = {"red", "green", "blue", "alpha"};
-  for (int i = 0; i < 3; ++i) {
-    if (property.name == axes[i]) {
-      vertex.position[i] = static_cast<float>(value * scale);
+enum class Meaning { nothing, x, y, z, u, v, red, green, blue, alpha };
+
+/// What a property that is no list says of its vertex or face; exporters differ in names.
+Meaning meaning_of(const Property& property) {
+  constexpr std::pair<std::string_view, Meaning> names[] = {{"x", Meaning::x},
+                                                            {"y", Meaning::y},
+                                                            {"z", Meaning::z},
+                                                            {"s", Meaning::u},
+                                                            {"t", Meaning::v},
+                                                            {"u", Meaning::u},
+                                                            {"v", Meaning::v},
+                                                            {"texture_u", Meaning::u},
+                                                            {"texture_v", Meaning::v},
+                                                            {"texture_s", Meaning::u},
+                                                            {"texture_t", Meaning::v},
+                                                            {"red", Meaning::red},
+                                                            {"green", Meaning::green},
+                                                            {"blue", Meaning::blue},
+                                                            {"alpha", Meaning::alpha},
+                                                            {"r", Meaning::red},
+                                                            {"g", Meaning::green},
+                                                            {"b", Meaning::blue},
+                                                            {"a", Meaning::alpha},
+                                                            {"diffuse_red", Meaning::red},
+                                                            {"diffuse_blue", Meaning::blue},
+                                                            {"diffuse_green", Meaning::green},
+                                                            {"diffuse_alpha", Meaning::alpha}};
+  for (const auto& [name, meaning] : names) {
+    if (!property.count_type && property.name == name) {
+      return meaning;
     }
   }
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (property.name == channels[i]) {
-      vertex.color[i] = to_byte(value, property.type);
-    }
+  return Meaning::nothing;
+}
+
+bool has(const Element& element, Meaning meaning) {
+  return std::any_of(element.properties.begin(), element.properties.end(),
+                     [meaning](const Property& property) { return meaning_of(property) == meaning; });
+}
+
+void set_vertex_property(Vertex& vertex, const Property& property, double value, double scale) {
+  const Meaning meaning = meaning_of(property);
+  const auto place = static_cast<std::size_t>(meaning);
+  if (meaning >= Meaning::red) {
+    vertex.color[place - static_cast<std::size_t>(Meaning::red)] = to_byte(value, property.type);
+  } else if (meaning >= Meaning::u) {
+    vertex.texture_coordinate[meaning == Meaning::u ? 0 : 1] = static_cast<float>(value);
+  } else if (meaning >= Meaning::x) {
+    vertex.position[static_cast<Eigen::Index>(place) - static_cast<Eigen::Index>(Meaning::x)] =
+        static_cast<float>(value * scale);
   }
 }
 
 std::vector<Vertex> read_vertices(Values& values, const Element& element, double scale) {
   std::vector<Vertex> vertices;
   std::vector<double> read;
-  const bool with_alpha = std::any_of(element.properties.begin(), element.properties.end(),
-                                      [](const Property& property) { return property.name == "alpha"; });
+  const bool opaque = has(element, Meaning::red) && !has(element, Meaning::alpha);
   for (std::size_t i = 0; i < element.count; ++i) {
     Vertex vertex;
-    vertex.color[3] = with_alpha ? 0 : 255;
+    vertex.color[3] = opaque ? 255 : 0;
     for (const Property& property : element.properties) {
       values.next(property, read);
       if (!property.count_type) {
@@ -247,92 +204,168 @@ std::vector<Vertex> read_vertices(Values& values, const Element& element, double
 
 struct Face {
   std::vector<double> indices;
-  std::vector<double> coordinates;  ///< u, v of each corner
-  std::size_t texture = 0;
+  std::vector<double> coordinates;  ///< u, v of each corner; empty: those of its vertices
+  double texture = 0;
+  std::optional<std::array<std::uint8_t, 4>> color;  ///< of the whole face
 };
 
-/// A convex polygon as a fan of triangles.
-void add_face(MeshAssembly& assembly, const std::vector<Vertex>& vertices, const Face& face, std::size_t textures,
-              const fs::path& path) {
-  if (!face.coordinates.empty() && face.coordinates.size() != 2 * face.indices.size()) {
-    fail(path,
-         fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), face.coordinates.size()));
-  }
-  if (face.texture >= textures && !face.coordinates.empty()) {
-    fail(path, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures));
-  }
-  std::vector<Vertex> corners;
-  for (std::size_t i = 0; i < face.indices.size(); ++i) {
-    if (!(face.indices[i] >= 0 && face.indices[i] < static_cast<double>(vertices.size()))) {
-      fail(path, fmt::format("a face refers to vertex {}, but there are {}", face.indices[i], vertices.size()));
-    }
-    Vertex corner = vertices[static_cast<std::size_t>(face.indices[i])];
-    if (!face.coordinates.empty()) {
-      corner.texture_coordinate = {static_cast<float>(face.coordinates[2 * i]),
-                                   static_cast<float>(face.coordinates[2 * i + 1])};
-    }
-    corners.push_back(corner);
-  }
-  const std::size_t material = face.coordinates.empty() ? textures : face.texture;  // `textures`: the one without
-  for (std::size_t i = 2; i < corners.size(); ++i) {
-    assembly.add_triangle({corners[0], corners[i - 1], corners[i]}, static_cast<std::uint32_t>(material));
-  }
+constexpr std::array<std::string_view, 2> kIndexNames = {"vertex_indices", "vertex_index"};
+constexpr std::array<std::string_view, 5> kCoordinateNames = {"texcoord", "texcoords", "tex_coord", "uv", "t"};
+
+bool is_one_of(const Property& property, std::span<const std::string_view> names) {
+  return property.count_type && std::find(names.begin(), names.end(), property.name) != names.end();
 }
 
 Face read_face(Values& values, const Element& element) {
   Face face;
   std::vector<double> read;
+  Vertex colored;
+  colored.color[3] = has(element, Meaning::alpha) ? 0 : 255;
   for (const Property& property : element.properties) {
     values.next(property, read);
-    if (property.name == "vertex_indices" || property.name == "vertex_index") {
+    if (is_one_of(property, kIndexNames)) {
       face.indices = read;
-    } else if (property.name == "texcoord") {
+    } else if (is_one_of(property, kCoordinateNames)) {
       face.coordinates = read;
     } else if (property.name == "texnumber" && !read.empty() && read.front() >= 0) {
-      face.texture = static_cast<std::size_t>(read.front());
+      face.texture = read.front();
+    } else if (meaning_of(property) >= Meaning::red) {
+      set_vertex_property(colored, property, read.front(), 1);
     }
+  }
+  if (has(element, Meaning::red)) {
+    face.color = colored.color;
   }
   return face;
 }
 
+/// Adds faces to a mesh, each checked.
+class Faces {
+ public:
+  Faces(MeshAssembly& assembly, std::size_t textures, bool textured_vertices, const fs::path& path)
+      : assembly_(assembly), textures_(textures), textured_vertices_(textured_vertices), path_(path) {}
+
+  void add(const Face& face, const std::vector<Vertex>& vertices) {
+    std::vector<double> coordinates = face.coordinates;
+    if (!coordinates.empty() && coordinates.size() != 2 * face.indices.size()) {
+      fail_ply(path_,
+               fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), coordinates.size()));
+    }
+    const bool textured = textures_ > 0 && (textured_vertices_ || !coordinates.empty());
+    if (textured && face.texture >= static_cast<double>(textures_)) {
+      fail_ply(path_, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures_));
+    }
+    corners_.clear();
+    positions_.clear();
+    for (std::size_t i = 0; i < face.indices.size(); ++i) {
+      Vertex corner = vertex(vertices, face.indices[i]);
+      if (!coordinates.empty()) {
+        corner.texture_coordinate = {static_cast<float>(coordinates[2 * i]),
+                                     static_cast<float>(coordinates[2 * i + 1])};
+      }
+      corner.color = face.color.value_or(corner.color);
+      positions_.push_back(corner.position);
+      corners_.push_back(corner);
+    }
+    // `textures_`: the material without one.
+    const std::size_t material = textured ? static_cast<std::size_t>(face.texture) : textures_;
+    for (const auto& [a, b, c] : triangles_of_polygon(positions_)) {
+      assembly_.add_triangle({corners_[a], corners_[b], corners_[c]}, static_cast<std::uint32_t>(material));
+    }
+  }
+
+  /// Triangles that share two corners with the one before; -1 ends a strip.
+  void add_strips(const std::vector<double>& indices, const std::vector<Vertex>& vertices) {
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (indices[i] < 0) {
+        begin = i + 1;
+      } else if (i >= begin + 2) {
+        const bool odd = (i - begin) % 2 != 0;
+        Face face;
+        face.indices = {indices[odd ? i - 1 : i - 2], indices[odd ? i - 2 : i - 1], indices[i]};
+        add(face, vertices);
+      }
+    }
+  }
+
+ private:
+  const Vertex& vertex(const std::vector<Vertex>& vertices, double index) const {
+    if (!(index >= 0 && index < static_cast<double>(vertices.size()))) {
+      fail_ply(path_, fmt::format("a face refers to vertex {}, but there are {}", index, vertices.size()));
+    }
+    return vertices[static_cast<std::size_t>(index)];
+  }
+
+  MeshAssembly& assembly_;
+  std::size_t textures_;
+  bool textured_vertices_;
+  const fs::path& path_;
+  std::vector<Vertex> corners_;
+  std::vector<Eigen::Vector3f> positions_;
+};
+
+void read_element(Values& values, const Element& element, const std::vector<Vertex>& vertices, Faces& faces) {
+  std::vector<double> read;
+  for (std::size_t i = 0; i < element.count; ++i) {
+    if (element.name == "face") {
+      faces.add(read_face(values, element), vertices);
+      continue;
+    }
+    for (const Property& property : element.properties) {
+      values.next(property, read);
+      if (element.name == "tristrips" && is_one_of(property, kIndexNames)) {
+        faces.add_strips(read, vertices);
+      }
+    }
+  }
+}
+
 }  // namespace
 
-std::optional<Mesh> load_ply_with_corner_coordinates(const fs::path& path, double scale) {
+std::vector<std::string> ply_textures(const fs::path& path) {
+  return parse_ply_header(read_text_file(path, "model"), path).textures;
+}
+
+Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& remarks) {
   const std::string bytes = read_text_file(path, "model");
-  const Header header = parse_header(bytes, path);
-  if (!has_corner_coordinates(header)) {
-    return std::nullopt;
-  }
+  const PlyHeader header = parse_ply_header(bytes, path);
   const Element* vertex_element = find_element(header, "vertex");
-  const bool with_colors =
-      vertex_element != nullptr && std::any_of(vertex_element->properties.begin(), vertex_element->properties.end(),
-                                               [](const Property& property) { return property.name == "red"; });
-  MeshAssembly assembly(true, with_colors);
-  for (const std::string& texture : header.textures) {
-    assembly.add_material({fs::path(texture).stem().string(), load_texture(find_texture(path, texture))});
+  const Element* face_element = find_element(header, "face");
+  const auto vertices_have = [&](Meaning meaning) {
+    return vertex_element != nullptr && has(*vertex_element, meaning);
+  };
+  const bool textured_vertices = vertices_have(Meaning::u) && vertices_have(Meaning::v);
+  const bool textured_faces = face_element != nullptr && has_property(*face_element, kCoordinateNames, true);
+  const bool with_colors = vertices_have(Meaning::red) || (face_element != nullptr && has(*face_element, Meaning::red));
+  const bool with_coordinates = textured_vertices || textured_faces;
+  if (with_coordinates && header.textures.empty()) {
+    remarks.push_back(
+        fmt::format("model '{}' has texture coordinates but names no texture: add the line 'comment TextureFile NAME' "
+                    "to its header",
+                    path.string()));
   }
+  MeshAssembly assembly(with_coordinates && !header.textures.empty(), with_colors);
+  for (const std::string& texture : header.textures) {
+    if (with_coordinates) {
+      assembly.add_material({fs::path(texture).stem().string(), load_texture(find_texture(path, texture))});
+    }
+  }
+  const std::size_t textures = with_coordinates ? header.textures.size() : 0;
 
   Values values(std::string_view(bytes).substr(header.size), header.encoding, path);
+  Faces faces(assembly, textures, textured_vertices, path);
   std::vector<Vertex> vertices;
-  std::vector<double> ignored;
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
       vertices = read_vertices(values, element, scale);
-      continue;
-    }
-    for (std::size_t i = 0; i < element.count; ++i) {
-      if (element.name == "face") {
-        add_face(assembly, vertices, read_face(values, element), header.textures.size(), path);
-      } else {
-        for (const Property& property : element.properties) {
-          values.next(property, ignored);
-        }
-      }
+    } else {
+      read_element(values, element, vertices, faces);
     }
   }
   Mesh mesh = assembly.take();
   if (std::any_of(mesh.triangle_materials.begin(), mesh.triangle_materials.end(),
-                  [&header](std::uint32_t material) { return material == header.textures.size(); })) {
+                  [textures](std::uint32_t material) { return material == textures; })) {
     mesh.materials.push_back({"untextured", {}});
   }
   return mesh;

@@ -1,14 +1,18 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "holdfast/mesh.hpp"
 
 namespace holdfast::io {
 
-/// Reads a PLY file whose texture coordinates belong to the corners of faces, as MeshLab writes them; nothing for any
-/// other PLY file. assimp keeps one coordinate a vertex and so tears the texture at every seam. Throws Error(file).
-std::optional<Mesh> load_ply_with_corner_coordinates(const std::filesystem::path& path, double scale);
+/// Reads a PLY file: text or binary, polygons and strips, texture coordinates and colours of vertices or of faces
+/// (MeshLab's). `remarks` gets a line for what it lacks. Throws Error(file).
+Mesh load_ply(const std::filesystem::path& path, double scale, std::vector<std::string>& remarks);
+
+/// The textures that a PLY file's header names. Throws Error(file).
+std::vector<std::string> ply_textures(const std::filesystem::path& path);
 
 }  // namespace holdfast::io

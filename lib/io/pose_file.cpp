@@ -55,27 +55,55 @@ Pose pose_from_tum(const std::vector<double>& values, const fs::path& path, int 
   return checked(pose, path, line);
 }
 
+/// A rotation about an axis by its length, radians.
+Pose pose_from_vectors(const Eigen::Vector3d& rotation, const Eigen::Vector3d& translation, const fs::path& path,
+                       int line) {
+  constexpr double most = 6.3;  // radians, a whole turn
+  if (!(rotation.norm() < most)) {
+    fail(path, line,
+         fmt::format("the rotation vector is {:.4g} radians long, more than a turn (six numbers are OpenCV's rvec and "
+                     "tvec in a line, or ViSP's translation and rotation a number a line): are they degrees, or in the "
+                     "other order?",
+                     rotation.norm()));
+  }
+  Pose pose = Pose::Identity();
+  if (rotation.norm() > 0) {
+    pose.linear() = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix();
+  }
+  pose.translation() = translation;
+  return checked(pose, path, line);
+}
+
+/// rvec and tvec.
+Pose pose_from_opencv(const std::vector<double>& v, const fs::path& path, int line) {
+  return pose_from_vectors({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, path, line);
+}
+
 std::vector<NumberLine> read_lines(const fs::path& path) {
   int bad_line = 0;
   std::string bad_word;
   const auto lines = parse_numbers(read_text_file(path, "pose file"), &bad_line, &bad_word);
   if (!lines) {
     fail(path, bad_line,
-         fmt::format("'{}' is not a number (expected: a 3x4 or 4x4 matrix, or t tx ty tz qx qy qz qw)", bad_word));
+         fmt::format("'{}' is not a number (expected: a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec)",
+                     bad_word));
   }
   if (lines->empty()) {
-    throw Error(ErrorCode::pose,
-                fmt::format("pose file '{}' holds no numbers: give a 3x4 or 4x4 matrix, or t tx ty tz qx qy qz qw",
-                            path.string()));
+    throw Error(
+        ErrorCode::pose,
+        fmt::format(
+            "pose file '{}' holds no numbers: give a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec",
+            path.string()));
   }
   return *lines;
 }
 
 bool is_pose_line(const NumberLine& line) {
-  return line.values.size() == 8 || line.values.size() == 12 || line.values.size() == 16;
+  return line.values.size() == 6 || line.values.size() == 8 || line.values.size() == 12 || line.values.size() == 16;
 }
 
 Pose pose_from_line(const NumberLine& line, const fs::path& path) {
+  if (line.values.size() == 6) return pose_from_opencv(line.values, path, line.line);
   return line.values.size() == 8 ? pose_from_tum(line.values, path, line.line)
                                  : pose_from_matrix(line.values, path, line.line);
 }
@@ -84,7 +112,8 @@ Pose pose_from_line(const NumberLine& line, const fs::path& path) {
 
 Pose load_pose(const fs::path& path) {
   const std::vector<NumberLine> lines = read_lines(path);
-  if (is_pose_line(lines.front())) {
+  // Two lines of six are the twelve numbers of a matrix.
+  if (is_pose_line(lines.front()) && !(lines.front().values.size() == 6 && lines.size() == 2)) {
     return pose_from_line(lines.front(), path);
   }
   // A matrix over several lines: rows of four (the fourth row tells 4x4 from the next pose's first row), or all the
@@ -99,10 +128,17 @@ Pose load_pose(const fs::path& path) {
     const bool is_4x4 = values[12] == 0 && values[13] == 0 && values[14] == 0 && values[15] == 1;
     values.resize(is_4x4 ? 16 : 12);
   }
+  if (values.size() == 6) {
+    const int line = lines.front().line;
+    return lines.size() == 6
+               ? pose_from_vectors({values[3], values[4], values[5]}, {values[0], values[1], values[2]}, path, line)
+               : pose_from_opencv(values, path, line);
+  }
   if (values.size() != 12 && values.size() != 16) {
-    fail(path, lines.front().line,
-         fmt::format("{} numbers make no pose (expected: a 3x4 or 4x4 matrix, or t tx ty tz qx qy qz qw)",
-                     values.size()));
+    fail(
+        path, lines.front().line,
+        fmt::format("{} numbers make no pose (expected: a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec)",
+                    values.size()));
   }
   return pose_from_matrix(values, path, lines.front().line);
 }

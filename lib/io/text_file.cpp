@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 #include <string_view>
 
 #include "holdfast/error.hpp"
@@ -13,6 +13,12 @@
 namespace holdfast::io {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostStreamBytes = std::size_t{256} << 20;  // of a pipe or a device, which may have no end
+
+}  // namespace
 
 void require_file(const fs::path& path, const std::string& what) {
   std::error_code error;
@@ -28,20 +34,41 @@ void require_file(const fs::path& path, const std::string& what) {
   }
 }
 
-std::string read_text_file(const fs::path& path, const std::string& what) {
+std::string read_binary_file(const fs::path& path, const std::string& what, std::size_t most_bytes) {
   require_file(path, what);
   errno = 0;
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (file && file.peek() != std::ifstream::traits_type::eof()) {
-    text << file.rdbuf();
+  std::string content;
+  std::error_code unknown;
+  const bool regular = fs::is_regular_file(path, unknown);
+  const std::uintmax_t size = regular ? fs::file_size(path, unknown) : 0;
+  if (!regular) most_bytes = std::min(most_bytes, kMostStreamBytes);
+  const auto too_large = [&] {
+    return Error(ErrorCode::file,
+                 fmt::format("{} '{}' has more than {} bytes: is it the right file?", what, path.string(), most_bytes));
+  };
+  if (!unknown && size > most_bytes) throw too_large();
+  // A byte more than a file has: reading it tells the end. Devices and pipes have no size.
+  constexpr std::size_t usual_block = std::size_t{1} << 16;
+  std::size_t block = unknown || size == 0 ? usual_block : static_cast<std::size_t>(size) + 1;
+  while (file && file.peek() != std::ifstream::traits_type::eof()) {
+    const std::size_t before = content.size();
+    content.resize(before + block);
+    file.read(content.data() + before, static_cast<std::streamsize>(block));
+    content.resize(before + static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+    if (content.size() > most_bytes) throw too_large();
+    block = usual_block;
   }
-  if (!file.is_open() || file.bad() || text.fail()) {
+  if (!file.is_open() || file.bad()) {
     throw Error(ErrorCode::file, fmt::format("{} '{}' cannot be read ({}): check its permissions", what, path.string(),
                                              errno ? std::strerror(errno) : "unknown reason"));
   }
+  return content;
+}
+
+std::string read_text_file(const fs::path& path, const std::string& what, std::size_t most_bytes) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // Windows' editors begin UTF-8 with it
-  std::string content = text.str();
+  std::string content = read_binary_file(path, what, most_bytes);
   if (content.starts_with(byte_order_mark)) {
     content.erase(0, byte_order_mark.size());
   }

@@ -1,13 +1,22 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
 namespace holdfast::io {
 
-/// Whole contents of a text file; throws Error(file) when it is missing, a folder, or cannot be read. `what` names its
-/// role in the message ("camera file").
-std::string read_text_file(const std::filesystem::path& path, const std::string& what);
+/// No input is larger.
+inline constexpr std::size_t kMostFileBytes = std::size_t{4} << 30;
+
+/// Whole contents of a text file, without a byte order mark; throws Error(file) when it is missing, a folder, larger
+/// than `most_bytes`, or cannot be read. `what` names its role in the message ("camera file").
+std::string read_text_file(const std::filesystem::path& path, const std::string& what,
+                           std::size_t most_bytes = kMostFileBytes);
+
+/// Whole contents of a file as they are.
+std::string read_binary_file(const std::filesystem::path& path, const std::string& what,
+                             std::size_t most_bytes = kMostFileBytes);
 
 /// Throws Error(file) when there is no regular file at `path`; `what` as above.
 void require_file(const std::filesystem::path& path, const std::string& what);

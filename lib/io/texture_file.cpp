@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string_view>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/image_header.hpp"
 #include "io/text_file.hpp"
 
 namespace holdfast::io {
@@ -48,6 +51,10 @@ Texture texture_from_image(const cv::Mat& image, const std::string& name) {
 
 namespace {
 
+constexpr std::size_t kMostImageBytes = std::size_t{1} << 29;
+constexpr std::uint64_t kMostSide = 1 << 15;
+constexpr std::uint64_t kMostPixels = 1 << 26;
+
 /// libpng and libjpeg write to stderr when a file ends early, so that is looked for before they are asked.
 bool ends_early(std::string_view bytes) {
   const bool png = bytes.starts_with("\x89PNG");
@@ -57,24 +64,56 @@ bool ends_early(std::string_view bytes) {
 
 }  // namespace
 
+void check_image(const void* bytes, std::size_t size, const std::string& name) {
+  const std::string_view text(static_cast<const char*>(bytes), size);
+  const std::optional<ImageSize> shown = size > 0 ? image_size(text) : std::nullopt;
+  if (!shown || shown->width == 0 || shown->height == 0 || ends_early(text)) {
+    throw Error(ErrorCode::file,
+                fmt::format("image '{}' cannot be decoded: it is damaged, or no PNG or JPEG file", name));
+  }
+  if (shown->width > kMostSide || shown->height > kMostSide || shown->width * shown->height > kMostPixels) {
+    throw Error(
+        ErrorCode::file,
+        fmt::format("image '{}' is {}x{} pixels, more than 67 million or {} a side: scale it down, if it is not "
+                    "damaged",
+                    name, shown->width, shown->height, kMostSide));
+  }
+}
+
+int image_turn(const void* bytes, std::size_t size) {
+  switch (jpeg_orientation({static_cast<const char*>(bytes), size})) {
+    case 3:
+    case 4:
+      return 180;
+    case 5:
+    case 6:
+      return 90;
+    case 7:
+    case 8:
+      return 270;
+    default:
+      return 0;
+  }
+}
+
 Texture decode_texture(const void* bytes, std::size_t size, const std::string& name) {
   cv::Mat image;
   try {
+    check_image(bytes, size, name);
     const cv::Mat encoded(1, static_cast<int>(size), CV_8U, const_cast<void*>(bytes));
-    if (size > 0 && !ends_early({static_cast<const char*>(bytes), size})) {
-      image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
-    }
+    image = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
   } catch (const cv::Exception&) {
     image.release();  // said below, in one line
   }
   if (image.empty()) {
-    throw Error(ErrorCode::file, fmt::format("image '{}' cannot be decoded: is it a complete PNG or JPEG file?", name));
+    throw Error(ErrorCode::file,
+                fmt::format("image '{}' cannot be decoded: it is damaged, or no PNG or JPEG file", name));
   }
   return texture_from_image(image, name);
 }
 
 Texture load_texture(const std::filesystem::path& path) {
-  const std::string bytes = read_text_file(path, "image");
+  const std::string bytes = read_binary_file(path, "image", kMostImageBytes);
   return decode_texture(bytes.data(), bytes.size(), path.string());
 }
 

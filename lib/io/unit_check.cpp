@@ -9,8 +9,9 @@
 namespace holdfast::io {
 namespace {
 
-constexpr double kSmallest = 1e-3;  // metres
-constexpr double kLargest = 10;     // metres
+constexpr double kSmallest = 1e-3;    // metres
+constexpr double kLargest = 30;       // metres: lorries and boats are tracked too
+constexpr double kLargestSeen = 100;  // metres, of what a camera sees whole at this pose: an aeroplane
 /// Distances from its origin, in sizes, at which a model is told by single precision to a thousandth of its size.
 constexpr double kFarthestOrigin = 1e4;
 /// Objects worth tracking are about as long as a hand to an arm; of several possible units the likely one is that which
@@ -18,17 +19,21 @@ constexpr double kFarthestOrigin = 1e4;
 constexpr double kTypical = 0.2;  // metres
 /// A picture's width to the object's apparent size. A thousandfold error is out of this range whatever the framing.
 constexpr double kApparentSmallest = 1.0 / 300;
-constexpr double kApparentLargest = 30;
+constexpr double kApparentLargest = 12;
+constexpr double kApparentTypical = 0.15;
 
 /// A picture's width in focal lengths, of a lens that shows straight lines as such: 157 degrees.
 constexpr double kWidest = 10;
 
 struct Unit {
   const char* name;
+  const char* scale;  ///< as it is given to --model-scale
   double metres;
 };
 
-constexpr Unit kSmallUnits[] = {{"centimetres", 1e-2}, {"millimetres", 1e-3}, {"micrometres", 1e-6}};
+/// Centimetres and inches are too near each other for a size to tell which.
+constexpr Unit kSmallUnits[] = {
+    {"centimetres or inches", "0.01 or 0.0254", 0.016}, {"millimetres", "0.001", 1e-3}, {"micrometres", "1e-06", 1e-6}};
 
 /// Largest side of the axis-aligned bounding box.
 double extent(const Mesh& mesh) {
@@ -39,17 +44,27 @@ double extent(const Mesh& mesh) {
   return box.isEmpty() ? 0 : box.sizes().maxCoeff();
 }
 
-Unit likely_unit(double size) {
-  return *std::min_element(std::begin(kSmallUnits), std::end(kSmallUnits), [size](const Unit& a, const Unit& b) {
-    return std::abs(std::log(size * a.metres / kTypical)) < std::abs(std::log(size * b.metres / kTypical));
+/// The unit that brings a size nearest to what is typical.
+Unit likely_unit(double size, double typical) {
+  return *std::min_element(std::begin(kSmallUnits), std::end(kSmallUnits), [=](const Unit& a, const Unit& b) {
+    return std::abs(std::log(size * a.metres / typical)) < std::abs(std::log(size * b.metres / typical));
   });
+}
+
+/// How wide the object is in the picture, picture widths; nothing where it is not known.
+std::optional<double> apparent_size(double size, const Mesh& mesh, const std::optional<Pose>& T_camera_object,
+                                    const std::optional<Camera>& camera) {
+  const double picture = camera ? std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx}) : 0;
+  if (!T_camera_object || !(picture > 0)) return std::nullopt;
+  const double distance = (*T_camera_object * mesh.center()).z();
+  if (!(distance > 0)) return std::nullopt;
+  return std::max(camera->fx, camera->fy) * size / distance / picture;
 }
 
 }  // namespace
 
 std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                         const std::optional<Camera>& camera) {
-  const double picture = camera ? std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx}) : 0;
   if (camera && (camera->width > kWidest * camera->fx || camera->height > kWidest * camera->fy)) {
     return fmt::format(
         "the focal length is only {:.3g} pixels, for pictures of {}x{}: is it in millimetres? in pixels it is that "
@@ -61,10 +76,12 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
   if (!(size > 0)) {
     return std::nullopt;
   }
-  if (size > kLargest) {
-    const Unit unit = likely_unit(size);
-    return fmt::format("the object is {:.3g} m across: are its coordinates {}? pass --model-scale {:.6g}", size,
-                       unit.name, unit.metres);
+  const std::optional<double> apparent = apparent_size(size, mesh, T_camera_object, camera);
+  const bool plausible = apparent && *apparent > kApparentSmallest && *apparent < kApparentLargest;
+  if (size > kLargest && !(plausible && size < kLargestSeen)) {
+    const Unit unit = likely_unit(size, kTypical);
+    return fmt::format("the object is {:.3g} m across: are its coordinates {}? pass --model-scale {}", size, unit.name,
+                       unit.scale);
   }
   if (size < kSmallest) {
     return fmt::format(
@@ -79,25 +96,22 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
         "numbers; move it to its origin",
         away, away / size);
   }
-  if (!T_camera_object || !camera) {
+  if (!apparent) {
     return std::nullopt;
   }
   const double distance = (*T_camera_object * mesh.center()).z();
-  if (!(distance > 0) || !(picture > 0)) {
-    return std::nullopt;
-  }
-  const double apparent = std::max(camera->fx, camera->fy) * size / distance / picture;
-  if (apparent < kApparentSmallest) {
+  if (*apparent < kApparentSmallest) {
     return fmt::format(
         "the object is {:.3g} m across but {:.4g} m away, too small to see: are the pose's translations millimetres "
         "(divide them by 1000), or was the model scaled twice?",
         size, distance);
   }
-  if (apparent > kApparentLargest) {
+  if (*apparent > kApparentLargest) {
+    const Unit unit = likely_unit(*apparent, kApparentTypical);
     return fmt::format(
         "the object is {:.3g} m across but only {:.3g} m away, {:.0f} times as wide as the picture: are its "
-        "coordinates millimetres? pass --model-scale 0.001",
-        size, distance, apparent);
+        "coordinates {}? pass --model-scale {}",
+        size, distance, *apparent, unit.name, unit.scale);
   }
   return std::nullopt;
 }

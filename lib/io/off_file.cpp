@@ -1,0 +1,176 @@
+#include "io/off_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "holdfast/error.hpp"
+#include "io/mesh_assembly.hpp"
+#include "io/numbers.hpp"
+#include "io/polygon.hpp"
+#include "io/text_file.hpp"
+
+namespace holdfast::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Color = std::array<std::uint8_t, 4>;
+
+/// The values of each vertex's line, by what the first line of the file names.
+struct Layout {
+  bool normals = false;
+  bool colors = false;
+  bool coordinates = false;
+};
+
+class OffReader {
+ public:
+  OffReader(const fs::path& path, double scale)
+      : path_(path), scale_(scale), bytes_(read_text_file(path, "model")), rest_(bytes_) {}
+
+  Mesh read() {
+    const Layout layout = read_layout();
+    std::vector<double> counts = next_numbers();
+    if (counts.size() < 2) {
+      fail("its counts of vertices and faces are missing");
+    }
+    const std::size_t vertices = count(counts[0], "vertices"), faces = count(counts[1], "faces");
+    for (std::size_t i = 0; i < vertices; ++i) add_vertex(layout, i);
+    MeshAssembly assembly(false, true);
+    bool colored = layout.colors;
+    for (std::size_t i = 0; i < faces; ++i) colored = add_face(assembly, i) || colored;
+    Mesh mesh = assembly.take();
+    if (!colored) mesh.colors.clear();
+    return mesh;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw Error(ErrorCode::file,
+                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  }
+
+  /// The next line that holds anything but a comment; empty at the end.
+  std::string_view content() {
+    for (std::string_view line; next_line(rest_, line);) {
+      line = trimmed(line.substr(0, line.find('#')));
+      if (!line.empty()) return line;
+    }
+    return {};
+  }
+
+  Layout read_layout() {
+    Layout layout;
+    const std::string_view before = rest_;
+    std::string_view line = content();
+    std::string_view word = next_word(line);
+    if (!word.ends_with("OFF")) {
+      rest_ = before;  // the word is optional
+      return layout;
+    }
+    word.remove_suffix(3);
+    if (word.find_first_not_of("STCN") != word.npos) {
+      fail(fmt::format("'{}OFF' is a kind of OFF that is not supported; export OFF or COFF", word));
+    }
+    layout.coordinates = word.starts_with("ST");
+    layout.colors = word.find('C') != word.npos;
+    layout.normals = word.find('N') != word.npos;
+    if (trimmed(line).starts_with("BINARY")) fail("binary OFF is not supported; export it as text");
+    if (!trimmed(line).empty())
+      rest_ = {line.data(), static_cast<std::size_t>(bytes_.data() + bytes_.size() - line.data())};
+    return layout;
+  }
+
+  std::vector<double> next_numbers() {
+    std::string_view line = content();
+    std::vector<double> numbers;
+    for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
+      const std::optional<double> number = parse_number(word);
+      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)));
+      numbers.push_back(*number);
+    }
+    if (numbers.empty()) fail("it ends early");
+    return numbers;
+  }
+
+  std::size_t count(double value, const char* what) const {
+    if (!(value >= 0 && value <= static_cast<double>(bytes_.size()))) {  // each takes a byte at least
+      fail(fmt::format("its {} {} are not possible in {} bytes", value, what, bytes_.size()));
+    }
+    return static_cast<std::size_t>(value);
+  }
+
+  /// Three or four numbers, whole ones of 255 or shares of 1.
+  static Color color(const double* values, std::size_t count, bool whole) {
+    Color color{0, 0, 0, 255};
+    for (std::size_t i = 0; i < std::min<std::size_t>(count, 4); ++i) {
+      color[i] = static_cast<std::uint8_t>(std::lround(std::clamp(whole ? values[i] : values[i] * 255, 0.0, 255.0)));
+    }
+    return color;
+  }
+
+  static bool is_whole(const double* values, std::size_t count) {
+    return std::any_of(values, values + count, [](double value) { return value > 1; });
+  }
+
+  void add_vertex(const Layout& layout, std::size_t index) {
+    const std::vector<double> values = next_numbers();
+    const std::size_t colors_at = layout.normals ? 6 : 3;
+    if (values.size() < colors_at + (layout.colors ? 3 : 0)) {
+      fail(fmt::format("vertex {} has {} numbers", index, values.size()));
+    }
+    Vertex vertex;
+    for (int axis = 0; axis < 3; ++axis) {
+      vertex.position[axis] = static_cast<float>(values[static_cast<std::size_t>(axis)] * scale_);
+    }
+    if (layout.colors) {
+      const std::size_t left =
+          values.size() - colors_at - (layout.coordinates && values.size() > colors_at + 4 ? 2 : 0);
+      vertex.color = color(&values[colors_at], left, is_whole(&values[colors_at], std::min<std::size_t>(left, 4)));
+    }
+    vertices_.push_back(vertex);
+  }
+
+  /// Whether the face has a colour of its own.
+  bool add_face(MeshAssembly& assembly, std::size_t index) {
+    const std::vector<double> values = next_numbers();
+    if (!(values[0] >= 0 && values[0] < static_cast<double>(values.size()))) {
+      fail(fmt::format("face {} has {} of its {} corners", index, values.size() - 1, values[0]));
+    }
+    const auto corners = static_cast<std::size_t>(values[0]);
+    const std::size_t left = values.size() - 1 - corners;
+    std::optional<Color> own;
+    if (left == 3 || left == 4) own = color(&values[1 + corners], left, is_whole(&values[1 + corners], left));
+    std::vector<Vertex> polygon;
+    std::vector<Eigen::Vector3f> positions;
+    for (std::size_t i = 1; i <= corners; ++i) {
+      if (!(values[i] >= 0 && values[i] < static_cast<double>(vertices_.size()))) {
+        fail(fmt::format("face {} refers to vertex {}, but there are {}", index, values[i], vertices_.size()));
+      }
+      polygon.push_back(vertices_[static_cast<std::size_t>(values[i])]);
+      polygon.back().color = own.value_or(polygon.back().color);
+      positions.push_back(polygon.back().position);
+    }
+    for (const auto& [a, b, c] : triangles_of_polygon(positions)) {
+      assembly.add_triangle({polygon[a], polygon[b], polygon[c]}, 0);
+    }
+    return own.has_value();
+  }
+
+  const fs::path& path_;
+  double scale_;
+  std::string bytes_;
+  std::string_view rest_;
+  std::vector<Vertex> vertices_;
+};
+
+}  // namespace
+
+Mesh load_off(const fs::path& path, double scale) { return OffReader(path, scale).read(); }
+
+}  // namespace holdfast::io
