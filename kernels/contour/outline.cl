@@ -147,8 +147,11 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
     float doubt;
     if (!edge_by_shares(frame, layout, o, line, &distance, &doubt))
       distance = weight = 0.0f;
-    else
+    else {
+      const float trust = 1.0f / (1.0f + doubt / HF_CONTOUR_DOUBT);
+      distance = trust * distance + (1.0f - trust) * by_colors;
       weight /= (1.0f + by_colors * by_colors / HF_OUTLINE_AGREED2) * (HF_OUTLINE_LEAST_DOUBT + doubt);
+    }
   }
   if (o.far2 > 0.0f) weight /= 1.0f + distance * distance / o.far2;
 

@@ -168,10 +168,6 @@ __kernel void flow_constraints(__global const float* value, __global const float
       vy[c] = gain[c] * LOAD(dy + c * plane + e);
       gx[c] = vx[c];
       gy[c] = vy[c];
-      if (k.mean_gradient) {
-        gx[c] = 0.5f * (vx[c] + LOAD(samples + (3 + c) * plane + e));
-        gy[c] = 0.5f * (vy[c] + LOAD(samples + (6 + c) * plane + e));
-      }
       m2[c] = fma(vx[c], vx[c], vy[c] * vy[c]);
     }
     /* Strongest channel, for the redundancy test; the first of equals. */
@@ -199,17 +195,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
         ty = CHOOSE(ty, vy[c], leads);
         second_channel = CHOOSE(second_channel, (lane_int)(c), leads);
       }
-      lane_float first_x = sx, first_y = sy, second_x = tx, second_y = ty;
-      if (k.mean_gradient) {
-        first_x = gx[0], first_y = gy[0], second_x = gx[0], second_y = gy[0];
-#pragma unroll
-        for (int c = 1; c < HF_CHANNELS; ++c) {
-          first_x = CHOOSE(first_x, gx[c], strongest_channel == c);
-          first_y = CHOOSE(first_y, gy[c], strongest_channel == c);
-          second_x = CHOOSE(second_x, gx[c], second_channel == c);
-          second_y = CHOOSE(second_y, gy[c], second_channel == c);
-        }
-      }
+      const lane_float first_x = sx, first_y = sy, second_x = tx, second_y = ty;
 #pragma unroll
       for (int c = 0; c < HF_CHANNELS; ++c) {
         const lane_float by_first = fma(vx[c], sx, vy[c] * sy), by_second = fma(vx[c], tx, vy[c] * ty);

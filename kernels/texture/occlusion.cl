@@ -156,9 +156,10 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
     wanted &= s.coverage >= HF_LEAST_COVERAGE;
 
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
-    lane_int any_strong = (lane_int)(0), all_strong = ~(lane_int)(0), any_rendered = (lane_int)(0);
     lane_int angle_apart = (lane_int)(0);
-    /* By how much the channel farthest apart is so. Oclgrind 21.10 gets comparisons of channels, or'ed, wrong. */
+    /* The strongest gradient that both images have and that the view has, squared, and by how much the channel farthest
+       apart is so: Oclgrind 21.10 gets comparisons of channels, or'ed, wrong. */
+    lane_float strongest = (lane_float)(0.0f), strongest_rendered = (lane_float)(0.0f);
     lane_float excess = (lane_float)(-1.0f);
     lane_float along_all = (lane_float)(0.0f), mv2_all = (lane_float)(0.0f), mi2_all = (lane_float)(0.0f);
 #pragma unroll
@@ -166,20 +167,15 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float ix = fma((lane_float)(warp.turn[0]), s.dx[c], warp.turn[1] * s.dy[c]);
       const lane_float iy = fma((lane_float)(warp.turn[2]), s.dx[c], warp.turn[3] * s.dy[c]);
       STORE(s.value[c], samples + c * plane + e);
-      if (tests.keep_gradients) {
-        STORE(ix, samples + (3 + c) * plane + e);
-        STORE(iy, samples + (6 + c) * plane + e);
-      }
       const lane_float vx = gain[c] * LOAD(dx + c * plane + e), vy = gain[c] * LOAD(dy + c * plane + e);
       const lane_float mv2 = fma(vx, vx, vy * vy), mi2 = fma(ix, ix, iy * iy);
-      const lane_int rendered = mv2 > tests.gradient_minimum2;
-      const lane_int strong = rendered & (mi2 > tests.gradient_minimum2);
-      any_strong |= strong;
-      if (c < tests.channels) all_strong &= strong;
-      any_rendered |= rendered;
+      const lane_float weaker = fmin(mv2, mi2);
+      const lane_int strong = weaker > tests.gradient_minimum2;
+      const lane_float counted = CHOOSE((lane_float)(0.0f), (lane_float)(1.0f), strong);
+      strongest = fmax(strongest, weaker);
+      strongest_rendered = fmax(strongest_rendered, mv2);
       const lane_float along = fma(vx, ix, vy * iy);
       if (tests.angle_together) {
-        const lane_float counted = CHOOSE((lane_float)(0.0f), (lane_float)(1.0f), strong);
         along_all = fma(counted, along, along_all);
         mv2_all = fma(counted, mv2, mv2_all);
         mi2_all = fma(counted, mi2, mi2_all);
@@ -189,20 +185,22 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float larger = sqrt(fmax(mv2, mi2));
       const lane_float limit =
           fma((lane_float)(tests.difference_relative), larger, (lane_float)(tests.difference_maximum));
-      const lane_float beyond = tests.compare_magnitudes ? larger - sqrt(fmin(mv2, mi2)) - limit
-                                                         : fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) - limit * limit;
+      const lane_float beyond = fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) - limit * limit;
       excess = CHOOSE(excess, beyond, beyond > excess);
     }
+    const lane_int any_strong = strongest > tests.gradient_minimum2;
+    const lane_int any_rendered = strongest_rendered > tests.gradient_minimum2;
     if (tests.angle_together) {
       angle_apart =
           any_strong & ((along_all <= 0.0f) | (along_all * along_all < tests.angle_cosine2 * mv2_all * mi2_all));
     }
     const lane_int apart = excess >= 0.0f;
-    const lane_int gradients = tests.all_channels ? all_strong : any_strong;
     lane_int class = (lane_int)(HF_USED);
     if (tests.magnitude_test) class = CHOOSE(class, (lane_int)(HF_REJECTED_MAGNITUDE), apart);
     if (tests.angle_test) class = CHOOSE(class, (lane_int)(HF_REJECTED_ANGLE), angle_apart);
-    if (tests.gradient_test) class = CHOOSE(class, (lane_int)(HF_NO_GRADIENT), !gradients);
+    /* Not "!any_strong": Oclgrind 21.10 gets what the compiler makes of that, an unordered comparison, wrong. */
+    const lane_int all_weak = strongest <= tests.gradient_minimum2;
+    if (tests.gradient_test) class = CHOOSE(class, (lane_int)(HF_NO_GRADIENT), all_weak);
     const lane_int counts = any_rendered | (tests.magnitude_test ? apart : (lane_int)(0));
     class |= CHOOSE((lane_int)(0), (lane_int)(HF_COUNTS_IN_VOTE), counts);
     class = CHOOSE((lane_int)(HF_UNUSABLE), class, wanted);

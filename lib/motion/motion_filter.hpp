@@ -1,36 +1,84 @@
 #pragma once
 
-#include "texture/flow_constraints.hpp"
+#include <array>
+#include <cstddef>
+
+#include "base/corner_motion.hpp"
+#include "holdfast/pose.hpp"
+#include "motion/restlessness.hpp"
 
 namespace holdfast {
 
-/// How surely a followed object's pose and velocity are known together, conditioned: the covariance of a Kalman filter
-/// whose velocity changes at random from frame to frame (equations 12b, 12c of docs/math.md). From it comes how surely
-/// the next pose is expected, and how much of what the pose is then off by is the velocity's: all of it where poses are
-/// sure, little where they mostly follow what was expected of them.
+/// Where the object is expected and how surely.
+struct MotionPrior {
+  Pose T_camera_object = Pose::Identity();
+  /// Of the perturbation from there (normal_equations.hpp).
+  Matrix6 covariance = Matrix6::Identity();
+};
+
+/// Pose, velocity and their 12x12 covariance: the object's centre moves on at its velocity, its orientation turns on at
+/// its angular velocity, both change at random (equations 12b and 12c of docs/math.md). Covariances are of
+/// perturbations: object axes, object radii and radians. Times are seconds, or frames where frames carry no time.
 class MotionFilter {
  public:
-  /// Nothing is known any more.
-  void clear() { *this = {}; }
-  /// The object goes on by its velocity for a frame.
-  void predict();
-  /// Covariance of the pose; after predict(), of the one expected.
-  Matrix6 pose_covariance() const { return covariance_.topLeftCorner<6, 6>(); }
-  /// The expected pose was looked for, and with what was expected is now known this well. Returns the gain: times what
-  /// the pose was off by from there, the change of velocity (a frame) that it tells of.
-  Matrix6 update(const Matrix6& pose_covariance);
+  explicit MotionFilter(const Extent& extent) : extent_(extent) {}
 
-  /// Motions that nothing has told of for long come to rest: any velocity along them is noise. Returns what is left of
-  /// a velocity, conditioned: all of it, the identity, where every motion is known.
-  Matrix6 rest();
+  /// At this pose, known this well; the velocity is unknown.
+  void reset(const Pose& T_camera_object);
+
+  /// The pose of reset() is the one at time t.
+  void begin(double t);
+
+  /// The pose at time t at the velocity of the last frame, whatever its change.
+  Pose steadily_predicted(double t) const { return gone_on(going_on(t), false); }
+
+  const Pose& pose() const { return T_; }
+  double time() const { return t_; }
+  /// Whether two poses in a row have told a velocity.
+  bool moving() const { return updates_ > 1; }
+  /// Whether any frame has been seen since reset().
+  bool started() const { return started_; }
+  bool lost() const { return misses_ > 0; }
+  int misses() const { return misses_; }
+
+  /// The pose at time t and its covariance. A lost object goes on as it moved for a while, then stops.
+  MotionPrior predict(double t) const;
+  /// The frame at time t was seen, and its pose, with the prediction counted in, is known this well.
+  void update(const Pose& T_camera_object, const Matrix6& covariance, double t);
+  /// The object was not found in the frame at time t.
+  void miss(double t);
+
+  /// Square of a usual step away from the prediction, object radii and radians; from innovations.
+  double usual_innovation_squared() const { return usual_innovation_squared_; }
+  /// Covariance that acceleration while the shutter is open adds to a pose; a share of the time between frames.
+  Matrix6 within_exposure(double exposure) const { return restlessness_.within(exposure); }
 
  private:
   using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
-  /// Object radii and radians, standard deviation, of pose and velocity that nothing is known of.
-  static constexpr double kUnknown = 1;
+  /// Constant velocity, as last changed where `changing`.
+  Pose gone_on(double dt, bool changing) const;
+  /// The time that motion goes on until t, bounded for a lost object.
+  double going_on(double t) const;
+  Matrix12 propagated(double dt) const;
+  void rest();
 
-  Matrix12 covariance_ = kUnknown * kUnknown * Matrix12::Identity();  ///< of the pose, and of its velocity a frame
+  Extent extent_;
+  Pose T_ = Pose::Identity();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();          ///< of the centre, camera axes, metres per unit of time
+  Eigen::Vector3d angular_velocity_ = Eigen::Vector3d::Zero();  ///< camera axes, radians per unit of time
+  Eigen::Vector3d velocity_change_ = Eigen::Vector3d::Zero();   ///< of the last frame, expected to go on changing so
+  Eigen::Vector3d angular_change_ = Eigen::Vector3d::Zero();
+  Matrix12 covariance_ = Matrix12::Identity();  ///< of pose and velocity (per step_)
+  double t_ = 0;
+  double step_ = 1;  ///< usual time between frames
+  double usual_innovation_squared_ = 0;
+  Restlessness restlessness_;
+  std::array<double, 12> strays_{};  ///< from constant velocity, of the last frames
+  std::size_t stray_count_ = 0;
+  bool changing_ = false;  ///< the velocity's last change is expected to go on
+  int updates_ = 0, misses_ = 0;
+  bool started_ = false;
 };
 
 }  // namespace holdfast

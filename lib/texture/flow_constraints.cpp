@@ -1,6 +1,5 @@
 #include "texture/flow_constraints.hpp"
 
-#include <algorithm>
 #include <array>
 
 namespace holdfast {
@@ -62,25 +61,6 @@ ConstraintSums FlowConstraints::read() {
   sums.passed = total[HF_SUM_PASSED];
   sums.used = total[HF_SUM_USED];
   return sums;
-}
-
-double FlowConstraints::passing_share() const {
-  std::array<double, 101> counting_at{};  // per cent passed -> counting pixels of such tiles
-  double counting = 0;
-  const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
-  for (std::size_t i = 0; i < count; ++i) {
-    const float* sums = partials_.as<const float>() + i * HF_SUM_STRIDE;
-    const double here = sums[HF_SUM_GRADIENT];
-    if (here <= 0) continue;
-    const double share = std::min(1.0, sums[HF_SUM_PASSED] / here);
-    counting_at[static_cast<std::size_t>(100 * share)] += here;
-    counting += here;
-  }
-  if (counting <= 0) return 1;
-  std::size_t percent = 100;
-  for (double seen = counting_at[percent]; seen < 0.25 * counting && percent > 0; seen += counting_at[percent])
-    --percent;
-  return 0.01 * static_cast<double>(percent);
 }
 
 }  // namespace holdfast

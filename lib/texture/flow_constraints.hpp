@@ -35,10 +35,6 @@ class FlowConstraints {
   /// Waits for the device and sums up. The only blocking call of an iteration.
   ConstraintSums read();
 
-  /// Share of the counting pixels that pass the tests where nothing is in front: the upper quartile of the tiles of the
-  /// last read(), each as heavy as its counting pixels. 1 where none counts.
-  double passing_share() const;
-
   /// HF_SUM_STRIDE floats a tile of `tiles()`, row by row, of the last read().
   std::span<const float> tile_sums() const { return {partials_.as<const float>(), most_tiles_ * HF_SUM_STRIDE}; }
   const kernel::hf_rect& tiles() const { return tiles_; }

@@ -35,21 +35,17 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
   return warp;
 }
 
-kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey) {
+kernel::hf_tests make_tests(const OcclusionOptions& options) {
   kernel::hf_tests tests{};
   tests.gradient_test = options.gradient_test ? 1 : 0;
   tests.angle_test = options.angle_test ? 1 : 0;
   tests.magnitude_test = options.magnitude_test ? 1 : 0;
-  tests.all_channels = options.all_channels ? 1 : 0;
   tests.angle_together = options.angle_together ? 1 : 0;
-  tests.compare_magnitudes = options.compare_magnitudes ? 1 : 0;
   tests.gradient_minimum2 = static_cast<float>(options.gradient_minimum * options.gradient_minimum);
   const double cosine = std::cos(options.angle_maximum);
   tests.angle_cosine2 = static_cast<float>(cosine * cosine);
   tests.difference_maximum = static_cast<float>(options.difference_maximum);
   tests.difference_relative = static_cast<float>(options.difference_relative);
-  tests.keep_gradients = 1;
-  tests.channels = grey ? 1 : HF_CHANNELS;
   return tests;
 }
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "holdfast/options.hpp"
+#include "base/tuning.hpp"
 #include "image/device_image.hpp"
 #include "image/view_template.hpp"
 
@@ -19,8 +19,8 @@ inline void to_rows(const Pose& pose, float (&rows)[12]) {
 kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid);
 
-/// Tests (5) to (7) of a level, for frames of three channels or one.
-kernel::hf_tests make_tests(const OcclusionOptions& options, bool grey = false);
+/// Tests (5) to (7) of a level.
+kernel::hf_tests make_tests(const OcclusionOptions& options);
 
 /// Samples the frame at the warped pixels and classifies them.
 class OcclusionTest {
@@ -30,7 +30,7 @@ class OcclusionTest {
   void enqueue(const ViewTemplate& view, const DeviceImage& image, int level, const kernel::hf_warp& warp,
                const kernel::hf_tests& tests, const cl::Buffer& photometry);
 
-  /// Planes of warped value and gradient, HF_SAMPLES of Level::elements floats, of the level last enqueued.
+  /// Planes of warped values, HF_SAMPLES of Level::elements floats, of the level last enqueued.
   const cl::Buffer& samples() const { return samples_; }
   /// A byte a pixel: class, plus HF_COUNTS_IN_VOTE.
   const cl::Buffer& classes(int level) const { return classes_[static_cast<std::size_t>(level)]; }

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "solve/covariance.hpp"
 #include "texture/flow_constraints.hpp"
+#include "texture/score_covariance.hpp"
 
 namespace holdfast {
 

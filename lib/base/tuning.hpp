@@ -1,0 +1,43 @@
+#pragma once
+
+#include "holdfast/options.hpp"
+
+namespace holdfast {
+
+/// The tracker's constants that hang on its options, in one place. Users choose a quality; experiments leave out
+/// mechanisms by name (TrackerOptions::ablate).
+struct Tuning {
+  Quality quality = Quality::accurate;
+  OcclusionOptions occlusion;
+  int levels = 4;
+  int search_radius = 32;
+  double recovery_budget_ms = 25;
+  bool recovery = true;
+
+  bool texture = true;
+  bool contour = true;
+  bool robust_weights = true;  ///< Student-t weights on what passes the tests
+  bool photometric = true;     ///< gain and bias a channel, of the object and of cells, eliminated from the sums
+  bool shading = true;         ///< the view is drawn as light falls on it from one side
+  bool motion_blur = true;
+  bool predict_velocity = true;  ///< the object goes on as it moved, beside no motion
+  bool expected_motion = true;   ///< the motion prior counts beside the rows
+  bool shift_search = true;      ///< on the coarsest level
+  bool reliability = true;       ///< texture that passes by chance counts less
+
+  double blur_sigma = 0.8;       ///< Gaussian of both images, pixels of the level: least error over boxes and bread
+  int texture_samples = 4;       ///< of the rendered view, a pixel; 1 costs a quarter and is twice as far off
+  double mesh_deviation = 0.05;  ///< pixels that a mesh of fewer triangles may be off, its texture twice
+  int most_pixels = 100000;      ///< an object of more is tracked at half the resolution (quarter, ...)
+  int enough_pixels = 8000;      ///< with a gradient; where more are seen, every second to fourth row is looked at
+  int iterations = 5;            ///< most solved systems a level
+  int silhouette_margin = 2;     ///< most pixels dropped at silhouette and depth jumps; thin objects lose one
+  double depth_jump = 0.02;      ///< relative depth step that counts as a jump
+
+  bool paper() const { return quality == Quality::paper; }
+};
+
+/// Throws Error(invalid_argument) for options that are out of range or ablate what there is not.
+Tuning tuning_of(const TrackerOptions& options);
+
+}  // namespace holdfast

@@ -1,0 +1,138 @@
+#include "contour/contour_constraints.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+/// Half the pixels that an edge is blurred over, and how far colours are trusted.
+constexpr double kSoftness = 0.6, kTrust = 0.43;
+/// Pixels at the edge that show shares of both sides, and those beyond them that show what each side looks like.
+constexpr int kBeside = 2, kAround = 6;
+/// Pixels of the level within which a line's edge is next to the contour.
+constexpr double kNear = 1.5;
+/// 1 / square pixels, of a line that tells something.
+constexpr double kLeastInformation = 0.05;
+constexpr std::size_t kLine = 2 * ContourConstraints::kReach + 1;
+
+}  // namespace
+
+ContourConstraints::ContourConstraints(const Device::Impl& device, const std::vector<Level>& levels)
+    : device_(device), levels_(levels) {
+  points_.reserve(kMostLines);
+  lines_.reserve(kMostLines);
+  sums_.resize(kMostLines * HF_OUTLINE_SUMS);
+  bins_.resize(kMostLines * kLine);
+  points_buffer_ = device.zeroed_buffer(kMostLines * sizeof(ContourPoint));
+  share_buffer_ = device.zeroed_buffer(ColorHistograms::kBins * sizeof(float));
+  sums_buffer_ = device.zeroed_buffer(sums_.size() * sizeof(float));
+  bins_buffer_ = device.zeroed_buffer(bins_.size() * sizeof(int));
+  constraints_ = device.kernel("outline_constraints");
+  colors_ = device.kernel("outline_colors");
+}
+
+void ContourConstraints::set_points(const DrawnDepth& drawn, int level) {
+  level_ = level;
+  lines_.clear();
+  contour_points(drawn, levels_[static_cast<std::size_t>(level)].camera, kMostLines, kReach, points_);
+  if (points_.empty()) return;
+  device_.queue.enqueueWriteBuffer(points_buffer_, CL_TRUE, 0, points_.size() * sizeof(ContourPoint), points_.data());
+}
+
+void ContourConstraints::set_colors(const ColorHistograms& colors) {
+  device_.queue.enqueueWriteBuffer(share_buffer_, CL_TRUE, 0, colors.share().size() * sizeof(float),
+                                   colors.share().data());
+}
+
+kernel::hf_outline ContourConstraints::options(const DeviceImage& image, const Pose& D,
+                                               const Conditioning& conditioning, const ContourSearch& search) const {
+  const Level& level = levels_[static_cast<std::size_t>(level_)];
+  kernel::hf_outline o{};
+  to_rows(D, o.d);
+  for (int i = 0; i < 3; ++i) o.center[i] = static_cast<float>(conditioning.p_camera_center(i));
+  o.radius = static_cast<float>(conditioning.radius);
+  o.fx = static_cast<float>(level.camera.fx);
+  o.fy = static_cast<float>(level.camera.fy);
+  o.cx = static_cast<float>(level.camera.cx);
+  o.cy = static_cast<float>(level.camera.cy);
+  o.region = to_kernel(image.uploaded(level_));
+  o.count = static_cast<int>(points_.size());
+  o.reach = kReach;
+  o.step = static_cast<float>(search.step);
+  o.softness2 = static_cast<float>(kSoftness * kSoftness);
+  o.trust = static_cast<float>(kTrust);
+  o.variance = static_cast<float>(search.deviation * search.deviation);
+  o.by_shares = search.by_shares ? 1 : 0;
+  o.beside = kBeside;
+  o.around = kAround;
+  o.far2 = static_cast<float>(search.far * search.far);
+  return o;
+}
+
+void ContourConstraints::enqueue(cl::Kernel& kernel) {
+  const std::size_t group = device_.strips ? 1 : HF_GROUP;
+  device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange((points_.size() + group - 1) / group * group),
+                                     cl::NDRange(group));
+}
+
+ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
+                                         const ContourSearch& search) {
+  ContourSums sums;
+  if (points_.empty()) return sums;
+  image.enqueue_pixels(level_);
+  constraints_.setArg(0, image.pixels(level_));
+  constraints_.setArg(1, levels_[static_cast<std::size_t>(level_)].layout);
+  constraints_.setArg(2, points_buffer_);
+  constraints_.setArg(3, options(image, D, conditioning, search));
+  constraints_.setArg(4, share_buffer_);
+  constraints_.setArg(5, sums_buffer_);
+  enqueue(constraints_);
+  device_.queue.enqueueReadBuffer(sums_buffer_, CL_TRUE, 0, points_.size() * HF_OUTLINE_SUMS * sizeof(float),
+                                  sums_.data());
+  lines_.assign(points_.size(), Line::silent);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    const float* line = sums_.data() + i * HF_OUTLINE_SUMS;
+    if (line[HF_OUTLINE_AGREEMENT] == 0.0F && line[HF_OUTLINE_INFORMATION] == 0.0F) continue;
+    ++sums.lines;
+    if (static_cast<double>(line[HF_OUTLINE_INFORMATION]) < kLeastInformation) continue;
+    const bool near = std::abs(static_cast<double>(line[HF_OUTLINE_DISTANCE])) < kNear;
+    lines_[i] = near ? Line::near : Line::far;
+    if (near) {
+      ++sums.near;
+      sums.agreement += static_cast<double>(line[HF_OUTLINE_AGREEMENT]);
+    }
+    ++sums.rows;
+    std::size_t n = HF_SUM_A;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = a; b < 6; ++b) sums.A(a, b) += static_cast<double>(line[n++]);
+      sums.h(a) += static_cast<double>(line[HF_SUM_H + a]);
+      sums.outward(a) += static_cast<double>(line[HF_OUTLINE_OUTWARD + a]);
+    }
+    sums.weighted_square += static_cast<double>(line[HF_OUTLINE_WRR]);
+    sums.weight += static_cast<double>(line[HF_OUTLINE_W]);
+    sums.weighted_distance += static_cast<double>(line[HF_OUTLINE_W]) * static_cast<double>(line[HF_OUTLINE_DISTANCE]);
+  }
+  if (sums.near > 0) sums.agreement /= sums.near;
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < a; ++b) sums.A(a, b) = sums.A(b, a);
+  }
+  return sums;
+}
+
+void ContourConstraints::learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
+                               ColorHistograms& colors) {
+  if (points_.empty()) return;
+  image.enqueue_pixels(level_);
+  colors_.setArg(0, image.pixels(level_));
+  colors_.setArg(1, levels_[static_cast<std::size_t>(level_)].layout);
+  colors_.setArg(2, points_buffer_);
+  colors_.setArg(3, options(image, D, conditioning, {}));
+  colors_.setArg(4, bins_buffer_);
+  enqueue(colors_);
+  const std::size_t count = points_.size() * kLine;
+  device_.queue.enqueueReadBuffer(bins_buffer_, CL_TRUE, 0, count * sizeof(int), bins_.data());
+  colors.learn({bins_.data(), count}, kReach);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/corner_motion.hpp"
+#include "contour/color_histograms.hpp"
+#include "contour/contour_constraints.hpp"
+#include "image/device_image.hpp"
+#include "image/view_template.hpp"
+#include "solve/normal_equations.hpp"
+
+namespace holdfast {
+
+/// What the contour says of a pose.
+struct ContourTerms {
+  bool found = false;  ///< enough of the contour is in the picture
+  ContourSums sums;
+  NormalEquations equations;
+  int visible_pixels = 0;  ///< pixels of the frame inside the silhouette
+
+  /// Agreement of the colours, times the share of lines whose edge is next to the contour: at most 1.
+  double score() const { return sums.agreement * sums.near / std::max(1.0, sums.lines); }
+};
+
+/// The contour as a modality: draws the silhouette at a pose, looks along lines across it for the edge between the
+/// object's colours and the background's, and turns each into a row (equations 23 to 28 of docs/math.md). Keeps no
+/// pose: the silhouette drawn last is a cache of the frame at hand.
+class ContourModality {
+ public:
+  /// Draws with `view`'s renderer, looks at `image`.
+  ContourModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
+                  ViewTemplate& view, DeviceImage& image);
+
+  /// Forgets the silhouette of the frame before.
+  void start_frame() { level_drawn_ = -1; }
+
+  /// The colours that lines are compared with from now on.
+  void use_colors(const ColorHistograms& colors) { constraints_.set_colors(colors); }
+
+  /// Rows and their normal equations at this pose on a level.
+  ContourTerms linearize(const Pose& T_camera_object, int level, const ContourSearch& search);
+
+  /// Adds the colours on both sides of the contour at this pose to `colors`. False where the contour is not in view.
+  bool learn(const Pose& T_camera_object, int finest, ColorHistograms& colors);
+
+  /// The coarsest level on which the contour is worth following.
+  int coarsest(const Pose& T_camera_object, int finest) const;
+
+  /// Pixels of the frame around the object that lines may reach.
+  int margin() const { return (ContourConstraints::kReach + 4) << (levels_.size() - 1); }
+
+  /// Milliseconds spent drawing silhouettes since this was last asked.
+  double take_render_ms() { return std::exchange(render_ms_, 0.0); }
+
+  /// A byte a pixel of the frame, values of PixelClass: the silhouette at a pose, and what becomes of its contour.
+  void classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes);
+
+ private:
+  bool draw(const Pose& T_camera_object, int level);
+  int visible_pixels() const;
+
+  const std::vector<Level>& levels_;
+  Extent extent_;
+  ViewTemplate& view_;
+  DeviceImage& image_;
+  ContourConstraints constraints_;
+  std::vector<float> depth_;
+  DrawnDepth drawn_;
+  Pose T_drawn_ = Pose::Identity();
+  int level_drawn_ = -1;  ///< none
+  double render_ms_ = 0;
+};
+
+/// Searches from coarse levels to the last iterations on the finest: by colours alone, closer, by shares of colours.
+extern const ContourSearch kCoarseSearch, kCloseSearch, kClosestSearch;
+
+/// Normal equations in information units of a contour's sums, made at the pose T_drawn.
+NormalEquations contour_equations(const ContourSums& sums, const Pose& T_drawn);
+
+}  // namespace holdfast

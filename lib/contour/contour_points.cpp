@@ -1,0 +1,116 @@
+#include "contour/contour_points.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+/// Pixels around a contour's pixel that tell where the contour runs, and the Gaussian that weighs them.
+constexpr int kAround = 3;
+constexpr double kSigma = 1.2;
+/// Object that must be seen inside of a point, pixels.
+constexpr float kLeastInside = 2;
+
+/// The Gaussian's distribution function, inverted by bisection: from the share of a half plane to its distance.
+double distance_of_share(double share) {
+  double low = -3, high = 3;
+  for (int i = 0; i < 14; ++i) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(-middle / std::sqrt(2.0)) < share ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+class Silhouette {
+ public:
+  explicit Silhouette(const DrawnDepth& drawn) : drawn_(drawn) {}
+  int width() const { return drawn_.rect.width; }
+  int height() const { return drawn_.rect.height; }
+  float depth(int x, int y) const { return drawn_.depth[static_cast<std::size_t>(y) * width() + x]; }
+  bool drawn(int x, int y) const { return x >= 0 && y >= 0 && x < width() && y < height(); }
+  bool object(int x, int y) const { return depth(x, y) < 1.0F; }
+  /// An object's pixel beside one that is not; its neighbours must be drawn.
+  bool on_contour(int x, int y) const {
+    const float* here = drawn_.depth + static_cast<std::ptrdiff_t>(y) * width() + x;
+    return *here < 1.0F && !(here[-1] < 1.0F && here[1] < 1.0F && here[-width()] < 1.0F && here[width()] < 1.0F);
+  }
+
+ private:
+  const DrawnDepth& drawn_;
+};
+
+/// Steps of a pixel along `direction` for which the silhouette stays as it is.
+float reach_along(const Silhouette& silhouette, const Eigen::Vector2d& from, const Eigen::Vector2d& direction,
+                  bool object, int most) {
+  for (int k = 1; k <= most; ++k) {
+    const Eigen::Vector2d at = from + k * direction;
+    const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
+    if (!silhouette.drawn(x, y) || silhouette.object(x, y) != object) return static_cast<float>(k - 1);
+  }
+  return static_cast<float>(most);
+}
+
+}  // namespace
+
+void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach,
+                    std::vector<ContourPoint>& points) {
+  points.clear();
+  const Silhouette silhouette(drawn);
+  const Rect& rect = drawn.rect;
+  const auto in_picture = [&](double x, double y) {
+    return x > -0.5 && y > -0.5 && x < camera.width - 0.5 && y < camera.height - 0.5;
+  };
+  const auto each = [&](auto&& visit) {
+    for (int y = kAround; y + kAround < rect.height; ++y) {
+      for (int x = kAround; x + kAround < rect.width; ++x) {
+        if (silhouette.on_contour(x, y) && in_picture(x + rect.x, y + rect.y)) visit(x, y);
+      }
+    }
+  };
+  std::size_t pixels = 0;
+  each([&](int, int) { ++pixels; });
+  // Rows hold pixels of both sides in turn: every n-th would be of one side only.
+  constexpr double kGoldenRatio = 0.6180339887498949;
+  const double share = pixels > most ? static_cast<double>(most) / static_cast<double>(pixels) : 1;
+  std::array<std::array<double, 2 * kAround + 1>, 2 * kAround + 1> weight;
+  double all = 0;
+  for (int v = -kAround; v <= kAround; ++v) {
+    for (int u = -kAround; u <= kAround; ++u) {
+      const double w = std::exp(-0.5 * (u * u + v * v) / (kSigma * kSigma));
+      weight[static_cast<std::size_t>(v + kAround)][static_cast<std::size_t>(u + kAround)] = w;
+      all += w;
+    }
+  }
+  std::size_t seen = 0;
+  each([&](int x, int y) {
+    const double turns = kGoldenRatio * static_cast<double>(seen++);
+    if (turns - std::floor(turns) >= share || points.size() >= most) return;
+    double inside = 0;
+    Eigen::Vector2d towards = Eigen::Vector2d::Zero();
+    for (int v = -kAround; v <= kAround; ++v) {
+      for (int u = -kAround; u <= kAround; ++u) {
+        if (!silhouette.object(x + u, y + v)) continue;
+        const double w = weight[static_cast<std::size_t>(v + kAround)][static_cast<std::size_t>(u + kAround)];
+        inside += w;
+        towards += w * Eigen::Vector2d(u, v);
+      }
+    }
+    if (towards.norm() < 0.05 * all) return;  // thinner than what is looked at
+    const Eigen::Vector2d normal = -towards.normalized();
+    const Eigen::Vector2d at = Eigen::Vector2d(x, y) + kSigma * distance_of_share(inside / all) * normal;
+    ContourPoint point;
+    point.normal = normal.cast<float>();
+    point.inside = reach_along(silhouette, at, -normal, true, reach);
+    point.outside = reach_along(silhouette, at, normal, false, reach);
+    if (point.inside < kLeastInside) return;
+    const double z = drawn.range.metric(static_cast<double>(silhouette.depth(x, y)));
+    point.p_camera =
+        Eigen::Vector3d(z * (at.x() + rect.x - camera.cx) / camera.fx, z * (at.y() + rect.y - camera.cy) / camera.fy, z)
+            .cast<float>();
+    points.push_back(point);
+  });
+}
+
+}  // namespace holdfast

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "device/shared.h"
+#include "holdfast/camera.hpp"
+#include "holdfast/renderer.hpp"
+
+namespace holdfast {
+
+/// Part of an object's contour as it is seen from a pose.
+struct ContourPoint {
+  Eigen::Vector3f p_camera = Eigen::Vector3f::Zero();  ///< metres
+  Eigen::Vector2f normal = Eigen::Vector2f::Zero();    ///< out of the object, unit length
+  float inside = 0;                                    ///< how far the object reaches along it, pixels
+  float outside = 0;                                   ///< how far the background does
+  float unused = 0;
+};
+static_assert(sizeof(ContourPoint) == HF_OUTLINE_POINT * sizeof(float));
+
+/// A drawn view's depth: `depth` holds the pixels `rect` of the camera's picture, window depth, 1 where nothing is.
+struct DrawnDepth {
+  const float* depth = nullptr;
+  Rect rect;
+  DepthRange range;
+};
+
+/// At most `most` points, evenly along the contour where it lies inside the picture; the object must be seen for some
+/// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 23 of docs/math.md).
+void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach,
+                    std::vector<ContourPoint>& points);
+
+}  // namespace holdfast

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "contour/contour_modality.hpp"
+#include "imaging/imaging_state.hpp"
+#include "texture/texture_modality.hpp"
+
+namespace holdfast {
+
+/// A pose that an alignment has led to, with what speaks for it.
+struct Alignment {
+  Pose T_camera_object = Pose::Identity();
+  bool solved = false;
+  bool has_texture = false, has_contour = false;  ///< the modality was asked on the finest level
+  TextureTerms texture;
+  ContourTerms contour;
+  double score = -1;  ///< of both, 1 where everything is as usual
+  /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
+  Matrix6 covariance = Matrix6::Zero();
+  Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, of motion and texture alone
+  Twist last_step_camera = Twist::Zero();
+  int iterations = 0;
+  ImagingState imaging;  ///< as learned on the way
+
+  /// Standard deviation of the orientation where it is least sure, radians; infinite where it was not measured.
+  double turn_deviation() const;
+  /// The same of the motions that texture and contour show on this object.
+  double observable_turn_deviation() const;
+  /// The largest standard deviation of all, object radii and radians.
+  double deviation() const;
+};
+
+}  // namespace holdfast

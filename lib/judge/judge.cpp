@@ -1,0 +1,196 @@
+#include "judge/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+/// Standard deviation of the orientation, radians, up to which a pose is believed: twice this is less than 5 degrees.
+constexpr double kSureTurn = 0.04;
+/// Share of the texture's information that must be believed.
+constexpr double kLeastReliability = 0.2;
+/// Few pixels that agree very well and tell the pose: enough to be held on to.
+constexpr double kSliverCorrelation = 0.95, kSliverPixels = 100, kSliverDeviation = 0.04;
+/// Fewer used pixels must at least tell the orientation.
+constexpr double kHandful = 100;
+/// To be held where it was not expected.
+constexpr double kSurprisingRatio = 0.25, kSurprisingCorrelation = 0.9;
+/// To be found again after a loss: inlier ratio and correlation, or less of it that agrees better.
+constexpr double kFoundRatio = 0.4, kFoundCorrelation = 0.85;
+constexpr double kFoundPartRatio = 0.3, kFoundPartCorrelation = 0.96;
+/// To be found again anywhere: of the usual ratio, or of all with a better correlation.
+constexpr double kFoundAtOnce = 0.8, kFoundClearly = 0.5, kOrdinaryRatio = 0.8;
+/// Few pixels that agree very well and tell the pose, where it is expected.
+constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.03, kPartTurn = 0.02;
+/// Worth starting from in the next frame.
+constexpr double kPromisingContour = 0.4;
+constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
+/// Share of the usual contour score that is enough to be held on to, and to be found again.
+constexpr double kHeldContour = 0.5, kFoundContour = 0.75;
+/// Share of the lines whose edge is next to the contour where the object was not expected.
+constexpr double kFoundNear = 0.8;
+/// The same where texture usually tells the pose and does not now, and pixels inside the contour.
+constexpr double kHeldContourAlone = 0.7, kFoundContourAlone = 0.85;
+constexpr int kLeastPixelsAlone = 1000;
+/// Share of texture in what is usually known, above which the contour alone needs more.
+constexpr double kTextureLeads = 0.5;
+/// What is worth a word: share hidden of texture and of contour, texture that agrees, other light.
+constexpr double kMuchHidden = 0.4, kMuchContourHidden = 0.25, kLittleAgrees = 0.3, kOtherLight = 1.4;
+constexpr double kStrongBlur = 8, kFastMotion = 15, kBeyondBlur = 100;
+constexpr double kLeastGradientPixels = 20;
+/// Standard deviation of a turn that nothing shows, radians, that is worth a word.
+constexpr double kOpenTurn = 0.2;
+
+std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
+
+/// Degrees.
+std::string turn(const Alignment& a) {
+  constexpr double kDegrees = 57.29577951308232;
+  return std::to_string(std::lround(kDegrees * a.turn_deviation()));
+}
+
+bool tells_pose(const Alignment& a, double least_pixels, double times_deviation) {
+  return a.texture.sums.used >= least_pixels && a.texture.correlation >= kPartCorrelation &&
+         a.deviation() <= times_deviation * kPartDeviation && a.turn_deviation() <= times_deviation * kPartTurn;
+}
+
+double hidden_share(const Alignment& a, const AcceptanceContext& context) {
+  const double usual = context.usual_inlier_ratio > 0 ? context.usual_inlier_ratio : 1;
+  return std::clamp(1 - a.texture.inlier_ratio() / usual, 0.0, 1.0);
+}
+
+Verdict why_texture_is_weak(const Alignment& a, const AcceptanceContext& context, Status status) {
+  if (context.blur_pixels > kStrongBlur && context.blur_pixels < kBeyondBlur) {
+    return {status, Reason::too_fast, "blurred by " + std::to_string(std::lround(context.blur_pixels)) + " pixels"};
+  }
+  if (context.predicted_pixels > kFastMotion) return {status, Reason::too_fast, "occluded, or motion too fast"};
+  return {status, Reason::occluded, "occluded " + percent(hidden_share(a, context))};
+}
+
+Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
+  if (a.has_contour && !is_held_by_texture(a, context)) {
+    const double hidden = 1 - a.contour.sums.near / std::max(1.0, a.contour.sums.lines);
+    if (hidden > kMuchContourHidden) {
+      return {Status::held, Reason::occluded, "contour hidden " + percent(hidden)};
+    }
+    return {Status::held, Reason::none, ""};
+  }
+  if (context.usual_inlier_ratio > 0 && hidden_share(a, context) > kMuchHidden) {
+    return why_texture_is_weak(a, context, Status::held);
+  }
+  if (a.texture.unobservable.count > 0 && a.turn_deviation() > kOpenTurn) {
+    return {Status::held, Reason::ambiguous,
+            "a turn does not show: known to " + turn(a) + " degrees (standard deviation)"};
+  }
+  if (context.gain > kOtherLight || context.gain < 1 / kOtherLight) {
+    return {Status::held, Reason::light_changed, "light changed"};
+  }
+  if (!tuning.paper() && a.texture.inlier_ratio() < kLittleAgrees) {
+    return {Status::held, Reason::low_evidence,
+            "only " + percent(a.texture.inlier_ratio()) + " of the texture agrees: hidden, or not this pose"};
+  }
+  return {Status::held, Reason::none, ""};
+}
+
+Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
+  if (a.contour.visible_pixels <= 0 && !a.contour.found) return {Status::lost, Reason::out_of_view, "out of view"};
+  if (!a.contour.found) {
+    return {Status::lost, Reason::out_of_view, "too little of the contour in view"};
+  }
+  if (a.contour.sums.rows < 6) {
+    return {Status::lost, Reason::no_evidence,
+            "the contour is not found: nothing there stands out from its background"};
+  }
+  if (context.lost_before) {
+    return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
+  }
+  if (!context.expected) {
+    return {Status::lost, Reason::ambiguous, "the contour fits only where the object could hardly have come to"};
+  }
+  return {Status::lost, Reason::occluded, "the contour is not found: occluded, or motion too fast"};
+}
+
+}  // namespace
+
+bool is_probable(const Alignment& a) {
+  const double ratio = a.texture.inlier_ratio(), correlation = a.texture.correlation;
+  return a.solved && a.has_texture &&
+         ((ratio >= kFoundRatio && correlation >= kFoundCorrelation) ||
+          (ratio >= kFoundPartRatio && correlation >= kFoundPartCorrelation));
+}
+
+bool is_held_by_texture(const Alignment& a, const AcceptanceContext& context) {
+  if (!a.solved || !a.has_texture || a.texture.sums.gradient < kLeastGradientPixels) return false;
+  const TextureTerms& texture = a.texture;
+  const double ratio = texture.inlier_ratio(), correlation = texture.correlation;
+  const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
+  const bool sure_turn = turn <= kSureTurn;
+  if (ratio < context.least_ratio || texture.reliability < kLeastReliability) {
+    return ratio < context.least_ratio && !context.lost_before && !context.surprising &&
+           texture.sums.used >= kSliverPixels && correlation >= kSliverCorrelation && a.deviation() <= kSliverDeviation;
+  }
+  if (!context.lost_before) {
+    if (texture.sums.used < kHandful && !sure_turn) return false;
+    return !context.surprising ||
+           (sure_turn && (is_probable(a) || (ratio >= kSurprisingRatio && correlation >= kSurprisingCorrelation)));
+  }
+  if (!sure_turn) return false;
+  const double usual = context.usual_inlier_ratio > 0 ? context.usual_inlier_ratio : kOrdinaryRatio;
+  const bool clear = ratio >= kFoundAtOnce * usual || (ratio >= kFoundClearly && correlation >= kFoundPartCorrelation);
+  if (is_probable(a)) return context.expected || clear;
+  return context.expected && tells_pose(a, kPartPixels, 1);
+}
+
+bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
+  if (!a.solved || !a.has_contour || !context.expected) return false;
+  const bool alone = context.texture_trust > kTextureLeads;
+  // Far from where it was expected it must be found again.
+  const bool found_again = context.lost_before || context.jumps;
+  const double share =
+      alone ? (found_again ? kFoundContourAlone : kHeldContourAlone) : (found_again ? kFoundContour : kHeldContour);
+  if (a.contour.score() < share * context.usual_contour_score) return false;
+  if (context.jumps && a.contour.sums.near < kFoundNear * a.contour.sums.lines) return false;
+  if (!alone) return true;
+  const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
+  return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;
+}
+
+bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
+  static_cast<void>(tuning);
+  return is_held_by_texture(a, context) || is_held_by_contour(a, context);
+}
+
+bool is_promising(const Alignment& a, const AcceptanceContext& context) {
+  if (!a.solved) return false;
+  if (a.has_contour && context.expected && context.texture_trust <= kTextureLeads &&
+      a.contour.score() >= kPromisingContour * context.usual_contour_score) {
+    return true;
+  }
+  if (!a.has_texture) return false;
+  return (a.texture.inlier_ratio() >= kPromisingRatio && a.texture.correlation >= kPromisingCorrelation) ||
+         tells_pose(a, kPromisingPixels, 2);
+}
+
+Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
+  if (is_held(a, tuning, context)) return held(a, tuning, context);
+  if (!a.has_texture || (context.texture_trust <= kTextureLeads && a.has_contour)) return lost_by_contour(a, context);
+  if (a.texture.sums.visible <= 0) {
+    return {Status::lost, Reason::out_of_view,
+            context.searched_everywhere ? "found nowhere in the picture" : "out of view"};
+  }
+  if (a.texture.sums.gradient < kLeastGradientPixels) {
+    return {Status::lost, Reason::no_evidence, "no texture in view"};
+  }
+  if (context.lost_before) {
+    return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
+  }
+  if (!a.solved || a.texture.inlier_ratio() < context.least_ratio) return why_texture_is_weak(a, context, Status::lost);
+  if (a.texture.reliability < kLeastReliability) {
+    return {Status::lost, Reason::low_evidence, "the frame does not look like the model"};
+  }
+  return {Status::lost, Reason::occluded,
+          a.texture.sums.used < kHandful ? "next to no texture in view" : "occluded, or motion too fast"};
+}
+
+}  // namespace holdfast

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+
+#include "base/tuning.hpp"
+#include "holdfast/frame_result.hpp"
+#include "judge/alignment.hpp"
+
+namespace holdfast {
+
+/// What acceptance of an alignment hangs on beside its evidence: what is usual, and where it was expected.
+struct AcceptanceContext {
+  bool lost_before = false;  ///< to be found again takes more than to be held on to
+  bool surprising = false;   ///< far from where its motion leads: takes more, too
+  bool expected = false;     ///< near where it was or is expected, or seen there by the frames before
+  bool searched_everywhere = false;
+  bool jumps = false;             ///< farther from where its motion leads than it usually strays
+  bool known_contour = false;     ///< colours of the contour are known
+  double least_ratio = 0.1;       ///< of texture that must agree; fewer pass the paper's thresholds
+  double usual_inlier_ratio = 0;  ///< of texture; 0: unknown
+  double usual_contour_score = 0.85;
+  double texture_trust = 1;           ///< share of texture in what is usually known of the pose
+  bool unobservable_usually = false;  ///< some motion never shows: that it does not speaks against nothing
+  double predicted_pixels = 0;        ///< farthest that the object was expected to move since the last frame
+  double blur_pixels = 0;             ///< motion blur
+  double gain = 1;                    ///< of the frame over the model's texture, over what it was
+};
+
+struct Verdict {
+  Status status = Status::lost;
+  Reason reason = Reason::none;
+  std::string message;
+};
+
+/// Whether an alignment is the object, and why not. A held object has a reason too where it is hard to hold.
+Verdict judge(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
+
+/// As judge(), without words.
+bool is_held(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
+/// Whether texture alone holds it.
+bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& context);
+/// Whether the contour is there, where the object may be.
+bool is_held_by_contour(const Alignment& alignment, const AcceptanceContext& context);
+
+/// Found again after a loss, if the next frame agrees.
+bool is_probable(const Alignment& alignment);
+
+/// Not to be believed, but worth starting from in the next frame.
+bool is_promising(const Alignment& alignment, const AcceptanceContext& context);
+
+}  // namespace holdfast

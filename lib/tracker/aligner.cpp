@@ -1,0 +1,363 @@
+#include "tracker/aligner.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "base/stopwatch.hpp"
+#include "solve/covariance.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Steps below this many pixels of the level end its iterations; each step is about a quarter of the one before.
+constexpr double kConvergedPixels = 0.05, kConvergedPixelsCoarse = 0.4;
+/// A view is drawn anew when the pose has moved by more than this many pixels since.
+constexpr double kRedrawPixels = 1.5;
+/// Longest step of one solution, pixels of the level: rows are linear over about a pixel of blur.
+constexpr double kLongestStep = 3;
+/// Standard deviation of a start from where nothing is expected, object radii and radians.
+constexpr double kFreeDeviation = 0.3;
+/// Degrees of freedom of the motion prior.
+constexpr double kMotionFreedom = 2;
+/// Relative bend of 1/Z at an edge of flat faces.
+constexpr double kBend = 6e-4;
+/// Iteration from which the contour's edges are searched closest, and steps, pixels, below which they are at once.
+constexpr int kClosestFrom = 3;
+constexpr double kCloseStep = 0.3;
+/// Ratio to what is known without it that the contour's information must reach for some motion to be asked. Texture is
+/// several times as sure as its equations say (its blocks agree better than that): this is about two per cent.
+constexpr double kNoticeable = 0.1;
+/// Least information of a shift search's best place beside no shift.
+constexpr double kClearShift = 0.02;
+constexpr int kMostStride = 4;
+/// Share of the contour's information, all directions together, below which it hardly shows a motion; of a can's turn
+/// it has 0.003 to 0.007.
+constexpr double kHardly = 0.016;
+/// Iterations on a level where the contour leads: its edges are searched closer and closer.
+constexpr int kContourIterations = 9;
+
+/// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
+double coverage_at_margin(double margin, double sigma) {
+  if (margin <= 0 || sigma <= 0) return 0.5;
+  return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
+}
+
+std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) {
+  const auto side = static_cast<std::size_t>(2 * (tuning.search_radius + 1) + 1);
+  const Level& coarse = levels[std::min<std::size_t>(1, levels.size() - 1)];
+  return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
+}
+
+/// Forgets what the contour tells of motions that the texture does not show and the contour hardly: rims of round
+/// things seem to tell of their turn where they are cut into facets and pixels.
+NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn) {
+  const Matrix6 B = to_camera_axes(T_drawn);
+  for (int i = 0; i < texture.unobservable.count; ++i) {
+    const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
+    const Twist told = contour.A * motion;
+    const double information = motion.dot(told);
+    if (information <= 0 || information > kHardly * contour.A.trace()) continue;
+    contour.h -= told * (motion.dot(contour.h) / information);
+    contour.A -= told * told.transpose() / information;
+  }
+  return contour;
+}
+
+/// Edges are searched closer and closer: by colours alone, then by the shares of both sides in the pixels next to them.
+const ContourSearch& search_for(int level, int finest, int iteration, double last_step) {
+  if (level > finest || iteration == 0) return kCoarseSearch;
+  return iteration < kClosestFrom && last_step > kCloseStep ? kCloseSearch : kClosestSearch;
+}
+
+}  // namespace
+
+Aligner::Aligner(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
+                 const Tuning& tuning, ImageFilter& filter, ViewTemplate& view, DeviceImage& image)
+    : device_(device),
+      levels_(levels),
+      extent_(extent),
+      tuning_(tuning),
+      filter_(filter),
+      view_(view),
+      image_(image),
+      texture_(device, levels, extent, tuning),
+      contour_(device, levels, extent, view, image),
+      shift_search_(device, levels, most_shifts(levels, tuning)) {}
+
+void Aligner::start_frame(const TrackingState& state, const MotionPrior& prior) {
+  prior_ = prior;
+  prior_information_ = symmetric_inverse(prior.covariance);
+  expected_gradient_pixels_ = state.gradient_pixels;
+  texture_.start(state.imaging.texture);
+  contour_.start_frame();
+  times_ = {};
+  solved_systems_ = 0;
+}
+
+double Aligner::corner_motion(const Pose& T_a, const Pose& T_b) const {
+  return holdfast::corner_motion(extent_, levels_[0].camera, T_a, T_b);
+}
+
+int Aligner::row_stride(int level, const TrackingState& state) const {
+  if (tuning_.paper()) return 1;
+  const double pixels = expected_gradient_pixels_ / (1 << (2 * (level - state.finest)));
+  return std::clamp(static_cast<int>(std::lround(pixels / tuning_.enough_pixels)), 1, kMostStride);
+}
+
+ViewRequest Aligner::view_request(const Pose& T_camera_object, int finest, int count, const TrackingState& state,
+                                  const ImagingState& imaging, bool across) const {
+  ViewRequest request;
+  request.T_camera_object = T_camera_object;
+  request.finest = finest;
+  request.count = count;
+  request.grey = image_.grey();
+  // Where the margin eats most of a small or thin object, drop less of it.
+  const double relaxed = std::clamp((imaging.surviving_share - 0.2) / 0.3, 0.0, 1.0);
+  const double full = coverage_at_margin(tuning_.silhouette_margin, filter_.sigma(finest));
+  Margin& margin = request.margin;
+  margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
+  margin.depth_jump = tuning_.depth_jump;
+  if (state.faceted && relaxed > 0.5) margin.bend = kBend;
+  margin.jump_reach = relaxed > 0.5 ? std::max(1, tuning_.silhouette_margin) : 1;
+  if (tuning_.motion_blur && state.followed() && imaging.exposure.share > 0) {
+    const Pose& T_last = state.motion.pose();
+    Exposure& exposure = request.exposure;
+    exposure.twist = imaging.exposure.share * log_se3(T_camera_object * T_last.inverse());
+    exposure.light = imaging.exposure.light;
+    exposure.across = across;
+    exposure.pixels = imaging.exposure.share * corner_motion(T_last, T_camera_object);
+  }
+  request.light_texels = imaging.texels.light;
+  if (tuning_.shading && imaging.lit) request.shading = imaging.shading.direction();
+  return request;
+}
+
+bool Aligner::draw(const Pose& T_camera_object, int finest, int count, const TrackingState& state,
+                   const ImagingState& imaging, bool across) {
+  const Stopwatch watch(times_.filter);
+  const bool drawn = view_.enqueue(view_request(T_camera_object, finest, count, state, imaging, across));
+  times_.render += view_.render_ms();
+  times_.filter -= view_.render_ms();
+  return drawn;
+}
+
+NormalEquations Aligner::prior_equations(const Pose& T_camera_object, const AlignmentPlan& plan,
+                                         const Pose& T_start) const {
+  if (!plan.expected) {
+    const Matrix6 information = Matrix6::Identity() / (kFreeDeviation * kFreeDeviation);
+    return {information, information * perturbation_between(T_camera_object, T_start, extent_)};
+  }
+  // Velocity changes suddenly now and then: Student-t, so that a prior that is far off counts little.
+  const Twist off = perturbation_between(T_camera_object, prior_.T_camera_object, extent_);
+  const double weight = std::min(1.0, (kMotionFreedom + 6) / (kMotionFreedom + off.dot(prior_information_ * off)));
+  return {weight * prior_information_, weight * prior_information_ * off};
+}
+
+bool Aligner::spares_contour(const TextureTerms& texture, const NormalEquations& prior,
+                             const TrackingState& state) const {
+  const Matrix6& contour = state.usual.contour_information;
+  if (contour.trace() <= 0) return false;
+  const Matrix6 others = texture.equations.A + prior.A;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6> solver(contour, others, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()(5) < kNoticeable;
+}
+
+void Aligner::shift(Alignment& alignment, int level) {
+  const Stopwatch watch(times_.search);
+  const int radius = (tuning_.search_radius >> level) + 1;
+  const ShiftSearch::Result found = shift_search_.search(view_, image_, level, radius);
+  if (found.score <= found.unshifted + kClearShift) return;
+  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
+  const double z = (alignment.T_camera_object * extent_.p_object_center).z();
+  alignment.T_camera_object.translation() += Eigen::Vector3d(found.dx * z / camera.fx, found.dy * z / camera.fy, 0);
+}
+
+Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const TrackingState& state) {
+  Alignment alignment;
+  alignment.T_camera_object = T_start;
+  alignment.imaging = state.imaging;
+  texture_.photometry().set_object_pair(state.imaging.texture.light);
+  for (int redraw = 0; redraw <= plan.redraws; ++redraw) {
+    const Pose T_drawn = alignment.T_camera_object;
+    const int top = redraw == 0 ? plan.coarsest : plan.finest;
+    if (redraw == 0) {
+      const Stopwatch watch(times_.filter);
+      const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
+      for (int level = plan.finest; level <= top && state.textured; ++level) {
+        image_.enqueue_blur(level, coarser(rect, level));
+      }
+      device_.queue.flush();  // the device works while the view is drawn
+    }
+    if (state.textured && !draw(T_drawn, plan.finest, top - plan.finest + 1, state, state.imaging)) {
+      alignment.solved = false;
+      return alignment;
+    }
+    if (redraw == 0 && plan.shift_search && state.textured) shift(alignment, top);
+    const Stopwatch watch(times_.solve);
+    for (int level = top; level >= plan.finest; --level) {
+      if (state.textured) {
+        texture_.start_level(view_, level, redraw > 0 ? -1 : level < top ? level + 1 : plan.light_from);
+      }
+      iterate(alignment, level, plan, state, T_start);
+      if (!alignment.solved) return alignment;
+    }
+    if (corner_motion(T_drawn, alignment.T_camera_object) < kRedrawPixels * (1 << plan.finest)) break;
+  }
+  if (plan.measure) measure(alignment, plan, state, T_start);
+  return alignment;
+}
+
+void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan, const TrackingState& state,
+                      const Pose& T_start) {
+  double last_step = 1e9;
+  alignment.has_texture = alignment.has_contour = false;
+  const bool finest = level == state.finest;
+  for (int i = 0; i < kContourIterations; ++i) {
+    const Pose& T = alignment.T_camera_object;
+    NormalEquations equations = prior_equations(T, plan, T_start);
+    bool tells = false, spared = false;
+    if (state.textured) {
+      const Pose D = renormalized(T * view_.T_camera_object().inverse());
+      const TextureRequest request{level, state.finest, row_stride(level, state), true, state.left_unobservable};
+      alignment.texture = texture_.linearize(view_, image_, D, request, alignment.imaging.texture);
+      alignment.has_texture = true;
+      if (level > state.finest || expected_gradient_pixels_ <= 0) {
+        expected_gradient_pixels_ =
+            alignment.texture.sums.gradient * request.row_stride * (1 << (2 * (level - state.finest)));
+      }
+      tells = alignment.texture.sums.rows >= 6;
+      spared = tells && spares_contour(alignment.texture, equations, state);
+      equations += alignment.texture.equations;
+    }
+    const bool by_contour = plan.contour && tuning_.contour && state.colors.known() && !spared &&
+                            level <= contour_.coarsest(T, state.finest);
+    const ContourSearch& search = search_for(level, state.finest, i, last_step);
+    if (by_contour) {
+      const Stopwatch watch(times_.contour);
+      alignment.contour = contour_.linearize(T, level, search);
+      alignment.has_contour = alignment.contour.found;
+      if (alignment.contour.found) {
+        tells = true;
+        NormalEquations contour = alignment.contour.equations;
+        if (state.textured) contour = without_hidden(contour, alignment.texture, view_.T_camera_object());
+        if (state.textured) contour *= 1 / state.usual.contour_excess;
+        equations += contour;
+      }
+    }
+    alignment.solved = tells;
+    if (!tells) return;
+    ++solved_systems_;
+    ++alignment.iterations;
+    Twist y = equations.A.ldlt().solve(equations.h);
+    if (!y.allFinite()) {
+      alignment.solved = false;
+      return;
+    }
+    alignment.last_step_camera = to_camera_axes(view_.T_camera_object()) * y;
+    const Pose T_before = T;
+    const double pixels = corner_motion(T_before, perturbed(T_before, y, extent_)) / (1 << level);
+    y *= std::min(1.0, kLongestStep / std::max(pixels, 1e-9));
+    alignment.T_camera_object = perturbed(T_before, y, extent_);
+    last_step = std::min(pixels, kLongestStep);
+    if (plan.most_motion < 1e8 && corner_motion(T_start, alignment.T_camera_object) > plan.most_motion) {
+      alignment.solved = false;
+      return;
+    }
+    const bool closest = !alignment.has_contour || level > state.finest || &search == &kClosestSearch;
+    if (closest && pixels < (finest ? kConvergedPixels : kConvergedPixelsCoarse)) break;
+    if (!alignment.has_contour && i + 1 >= tuning_.iterations) break;
+  }
+  alignment.score = score(alignment, state, finest ? state.usual.expected_texture_score() : state.usual.coarse_score);
+}
+
+double Aligner::score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const {
+  const double by_contour =
+      alignment.has_contour ? std::max(0.0, alignment.contour.score()) / state.usual.expected_contour_score() : 0;
+  if (!alignment.has_texture) return by_contour;
+  const double by_texture = alignment.texture.score() / usual_texture_score;
+  if (!alignment.has_contour) return by_texture;
+  const double trust = state.usual.texture_trust;
+  return trust * by_texture + (1 - trust) * by_contour;
+}
+
+void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state,
+                      const Pose& T_start) {
+  Matrix6 others = prior_equations(alignment.T_camera_object, plan, T_start).A;
+  Matrix6 elsewhere = Matrix6::Zero();
+  const Matrix6 B = to_camera_axes(alignment.T_camera_object);
+  if (state.textured) {
+    const Camera& camera = levels_[static_cast<std::size_t>(plan.finest)].camera;
+    elsewhere = drawing_covariance({alignment.T_camera_object * extent_.p_object_center, extent_.radius}, camera.fx);
+    if (tuning_.motion_blur && state.followed()) {
+      elsewhere += state.motion.within_exposure(alignment.imaging.exposure.share);
+    }
+    elsewhere = (B.transpose() * elsewhere * B).eval();
+    // Motions that do not show are looked for once a frame, where the pose is known.
+    if (!state.left_unobservable && !tuning_.paper())
+      texture_.remove_unobservable(view_, plan.finest, alignment.texture);
+    alignment.covariance = alignment.texture_covariance =
+        texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
+    if (!alignment.has_contour) return;
+  }
+  if (alignment.has_contour) {
+    others += without_hidden(alignment.contour.equations, alignment.texture, view_.T_camera_object()).A /
+              (state.textured ? state.usual.contour_excess : 1);
+  }
+  if (state.textured) {
+    alignment.covariance =
+        texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
+  } else {
+    alignment.covariance = symmetric_inverse(others);
+  }
+}
+
+Alignment Aligner::align_once(const Pose& T_start, const TrackingState& state) {
+  Alignment alignment;
+  alignment.T_camera_object = T_start;
+  alignment.imaging = state.imaging;
+  {
+    const Stopwatch watch(times_.filter);
+    image_.enqueue_blur(0, grown(view_.bounds(T_start), filter_.radius() + 4));
+    device_.queue.flush();
+  }
+  if (!draw(T_start, 0, 1, state, state.imaging)) return alignment;
+  const Stopwatch watch(times_.solve);
+  texture_.start_level(view_, 0);
+  alignment.texture =
+      texture_.linearize(view_, image_, Pose::Identity(), {0, 0, 1, true, false}, alignment.imaging.texture);
+  alignment.has_texture = true;
+  AlignmentPlan plan;
+  plan.expected = tuning_.expected_motion && state.motion.moving();
+  NormalEquations equations = alignment.texture.equations;
+  if (alignment.texture.sums.rows < 6) return alignment;
+  if (tuning_.expected_motion) equations += prior_equations(T_start, plan, T_start);
+  const Twist y = equations.A.ldlt().solve(equations.h);
+  alignment.solved = y.allFinite() && alignment.texture.reliability > 0;
+  ++solved_systems_;
+  alignment.iterations = 1;
+  if (!alignment.solved) return alignment;
+  alignment.last_step_camera = to_camera_axes(T_start) * y;
+  alignment.T_camera_object = perturbed(T_start, y, extent_);
+  alignment.score = score(alignment, state, state.usual.expected_texture_score());
+  const Matrix6 others = prior_equations(T_start, plan, T_start).A;
+  alignment.covariance = alignment.texture_covariance =
+      texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others);
+  return alignment;
+}
+
+Aligner::Fit Aligner::fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across) {
+  if (!draw(T_camera_object, state.finest, 1, state, imaging, across)) return {};
+  // The cells' light is each view's own: the present view's would speak for it.
+  texture_.photometry().set_object_pair(imaging.texture.light);
+  texture_.start_level(view_, state.finest);
+  const Pose still = Pose::Identity();
+  TextureRequest request{state.finest, state.finest, row_stride(state.finest, state), true, false};
+  texture_.linearize(view_, image_, still, request, imaging.texture);
+  request.learn = false;
+  const TextureTerms terms = texture_.linearize(view_, image_, still, request, imaging.texture);
+  return {terms.score(), std::sqrt(terms.sums.weighted_square / std::max(1.0, terms.sums.weight))};
+}
+
+}  // namespace holdfast

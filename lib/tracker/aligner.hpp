@@ -1,0 +1,98 @@
+#pragma once
+
+#include <optional>
+
+#include "base/tuning.hpp"
+#include "contour/contour_modality.hpp"
+#include "holdfast/frame_result.hpp"
+#include "image/device_image.hpp"
+#include "image/view_template.hpp"
+#include "judge/alignment.hpp"
+#include "motion/motion_filter.hpp"
+#include "recovery/shift_search.hpp"
+#include "texture/texture_modality.hpp"
+#include "tracker/tracking_state.hpp"
+
+namespace holdfast {
+
+/// The levels and effort of one alignment.
+struct AlignmentPlan {
+  int coarsest = 0, finest = 0;
+  bool shift_search = false;  ///< before the first iteration, on the coarsest level
+  int redraws = 1;            ///< on the finest level, where the pose has moved away from the view
+  int light_from = -1;        ///< coarser level whose view's gain and bias are begun with; -1: the object's
+  double most_motion = 1e9;   ///< pixels of the frame, beyond which the alignment gives up
+  bool expected = true;       ///< the motion prior counts; otherwise a weak one about the start
+  bool measure = true;        ///< the covariance is wanted
+  bool contour = true;        ///< the contour is asked where it can change the pose
+};
+
+/// One Gauss-Newton loop, coarse to fine: linearizes every modality at the pose, adds their normal equations to those
+/// of the motion prior, steps, until the step is small.
+class Aligner {
+ public:
+  Aligner(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent, const Tuning& tuning,
+          ImageFilter& filter, ViewTemplate& view, DeviceImage& image);
+
+  void start_frame(const TrackingState& state, const MotionPrior& prior);
+
+  /// Aligns the object from a start. What is known is taken, and nothing of it changed.
+  Alignment align(const Pose& T_start, const AlignmentPlan& plan, const TrackingState& state);
+
+  /// One view and one solution: the paper's tracker.
+  Alignment align_once(const Pose& T_start, const TrackingState& state);
+
+  /// Draws the view at a pose as `imaging` shows it; false where the object is out of view.
+  bool draw(const Pose& T_camera_object, int finest, int count, const TrackingState& state, const ImagingState& imaging,
+            bool across = false);
+
+  /// How well the view fits where it was drawn, motion left alone.
+  struct Fit {
+    double score = -1;
+    double residual = 0;  ///< root of the mean weighted square
+  };
+  Fit fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across = false);
+
+  /// Combined score of an alignment, 1 where everything is as usual.
+  double score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const;
+
+  double corner_motion(const Pose& T_a, const Pose& T_b) const;
+  /// Row stride of the pixels to look at on a level.
+  int row_stride(int level, const TrackingState& state) const;
+
+  TextureModality& texture() { return texture_; }
+  ContourModality& contour() { return contour_; }
+  ShiftSearch& shift_search() { return shift_search_; }
+  StageTimes& times() { return times_; }
+  int& solved_systems() { return solved_systems_; }
+  /// Gradient pixels on the finest level, as this frame's coarse ones let expect.
+  double& expected_gradient_pixels() { return expected_gradient_pixels_; }
+
+ private:
+  ViewRequest view_request(const Pose& T_camera_object, int finest, int count, const TrackingState& state,
+                           const ImagingState& imaging, bool across) const;
+  void iterate(Alignment& alignment, int level, const AlignmentPlan& plan, const TrackingState& state,
+               const Pose& T_start);
+  NormalEquations prior_equations(const Pose& T_camera_object, const AlignmentPlan& plan, const Pose& T_start) const;
+  void measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state, const Pose& T_start);
+  bool spares_contour(const TextureTerms& texture, const NormalEquations& prior, const TrackingState& state) const;
+  void shift(Alignment& alignment, int level);
+
+  const Device::Impl& device_;
+  const std::vector<Level>& levels_;
+  Extent extent_;
+  Tuning tuning_;
+  ImageFilter& filter_;
+  ViewTemplate& view_;
+  DeviceImage& image_;
+  TextureModality texture_;
+  ContourModality contour_;
+  ShiftSearch shift_search_;
+  MotionPrior prior_;
+  Matrix6 prior_information_ = Matrix6::Identity();
+  double expected_gradient_pixels_ = 0;
+  StageTimes times_;
+  int solved_systems_ = 0;
+};
+
+}  // namespace holdfast

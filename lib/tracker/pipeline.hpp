@@ -1,0 +1,99 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "base/tuning.hpp"
+#include "imaging/lit_patches.hpp"
+#include "judge/judge.hpp"
+#include "recovery/relocalizer.hpp"
+#include "tracker/aligner.hpp"
+#include "tracker/tracking_state.hpp"
+
+namespace holdfast {
+
+/// Uploads the part of the frame at hand that a region needs.
+using UploadFrame = std::function<void(const Rect& region)>;
+
+/// One object through the frames of one camera: predict, align, judge, relocalize, commit (docs/architecture.md).
+class Pipeline {
+ public:
+  Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning, const Device& device, Renderer renderer);
+
+  /// Starts at this pose, at rest.
+  void reset(const Pose& T_camera_object);
+  /// The same, shown the frame that the pose holds in.
+  void reset(const Pose& T_camera_object, const UploadFrame& upload, std::optional<double> time);
+  bool started() const { return started_; }
+
+  FrameResult track(const UploadFrame& upload, std::optional<double> time);
+  FrameResult refine(const UploadFrame& upload, const Pose& T_camera_object);
+
+  PixelMask pixel_mask();
+  RenderedView rendered_view();
+  void set_texture(std::size_t material, const Texture& texture);
+
+  ViewTemplate& view() { return view_; }
+  DeviceImage& image() { return image_; }
+  const Extent& extent() const { return extent_; }
+
+ private:
+  class LevelDrawer;
+
+  /// Throws Error(invalid_argument) for a time that does not come after the last frame's, or that only some have.
+  double frame_time(std::optional<double> time);
+  void choose_finest_level();
+  void upload(const Rect& wanted, int margin);
+  /// Learns light, colours and, at an `exact` pose, what is usual, from the frame at hand.
+  void see(const Pose& T_camera_object, bool exact);
+
+  Alignment follow(const MotionPrior& prior);
+  std::optional<Alignment> follow_directly(const MotionPrior& prior);
+  Alignment follow_fully(const std::vector<Pose>& hypotheses, bool search);
+  Alignment follow_once(const MotionPrior& prior);
+  std::vector<Pose> hypotheses(const MotionPrior& prior) const;
+  void relocalize(const MotionPrior& prior, Alignment& best);
+  Alignment settled(const Alignment& alignment);
+  Alignment from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels);
+  AlignmentPlan fine_plan(int coarsest) const;
+
+  bool goes_on(const Pose& T_from, const Pose& T_to, double most_turn) const;
+  AcceptanceContext context(const Alignment& alignment) const;
+  bool held(const Alignment& alignment) const { return is_held(alignment, tuning_, context(alignment)); }
+  bool as_usual(const Alignment& alignment) const { return alignment.score > kUsualShare; }
+
+  FrameResult report(const Alignment& alignment, const Verdict& verdict);
+  void commit(const Alignment& alignment, double time);
+  void miss(const Alignment& alignment, double time, FrameResult& result);
+  void learn_usual(const Alignment& alignment, bool first);
+  void learn_contour(const Alignment& alignment);
+  void learn_light(const Alignment& alignment);
+  void learn_texels(const Alignment& alignment);
+  void warm_up();
+
+  Tuning tuning_;
+  Device device_;
+  std::vector<Level> levels_;
+  Extent extent_;
+  ImageFilter filter_;
+  ViewTemplate view_;
+  DeviceImage image_;
+  Aligner aligner_;
+  Relocalizer relocalizer_;
+  LitPatches lit_patches_;
+
+  TrackingState state_;
+  TrackingState tried_;  ///< working memory: a state with another way to average texels
+  bool has_appearance_ = true;
+  bool faceted_ = false;
+  bool started_ = false;
+  std::optional<double> last_time_;  ///< of the last frame, where frames carry times
+  double frames_ = 0;                ///< counted, where they do not
+  MotionPrior prior_;                ///< of the frame at hand
+  const UploadFrame* upload_ = nullptr;
+  Rect uploaded_;
+  Alignment last_;  ///< of the last frame, refine()'s too
+  bool last_by_contour_ = false;
+};
+
+}  // namespace holdfast

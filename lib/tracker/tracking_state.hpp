@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+
+#include "contour/color_histograms.hpp"
+#include "imaging/imaging_state.hpp"
+#include "motion/motion_filter.hpp"
+
+namespace holdfast {
+
+/// What is usual for each modality on this object in this scene, from the frames that it was held in.
+struct UsualEvidence {
+  double coarse_score = 1;                        ///< of texture on the coarse levels, running mean
+  double texture_score = 0;                       ///< of texture on the finest level, likewise; 0: unknown
+  double inlier_ratio = 0;                        ///< of texture where nothing is in front; 0: unknown
+  double contour_score = 0;                       ///< 0: unknown
+  double contour_variance = 0.0025;               ///< of that score
+  double texture_trust = 1;                       ///< share of texture in the information of both, running mean
+  Matrix6 contour_information = Matrix6::Zero();  ///< of the contour where it was last seen
+  double contour_excess = 8;  ///< by which the contour's information turned out too large beside texture
+  double gain = 1;            ///< of the frame over the texture
+  double unobservable = 0;    ///< share of the frames that leave a motion unobservable
+  int held_frames = 0;
+
+  double expected_texture_score() const { return texture_score > 0 ? texture_score : 0.6; }
+  double expected_contour_score() const { return contour_score > 0 ? contour_score : 0.85; }
+  bool unobservable_usually() const { return held_frames == 0 || unobservable > 0.5; }
+};
+
+/// Share of the usual score that is believed at once.
+inline constexpr double kUsualShare = 0.8;
+
+/// All that is known of the object, as of the last frame. A value: alignments read it, the pipeline changes it once a
+/// frame.
+struct TrackingState {
+  explicit TrackingState(const Extent& extent) : motion(extent) {}
+
+  MotionFilter motion;
+  ImagingState imaging;
+  ColorHistograms colors;
+  UsualEvidence usual;
+  bool faceted = false;            ///< flat faces, at whose edges light steps
+  bool textured = true;            ///< the model has an appearance to compare with
+  int finest = 0;                  ///< level that the pose comes from
+  double gradient_pixels = 0;      ///< on that level, in the last frame held; 0: none yet
+  double visible_pixels = 0;       ///< of the frame, likewise
+  double prediction_error = 1e9;   ///< of the last frame held, pixels
+  bool left_unobservable = false;  ///< the last frame left a motion unobservable
+  int frames_since_colors = 0;     ///< were learned
+  int contour_misses = 0;          ///< frames in a row that texture held and the contour's colours did not fit
+  bool seen = false;               ///< a frame has shown light and colours at a given pose
+  std::optional<Pose> suspected;   ///< while it is lost: where it may have been seen in the last frame
+  int probable_frames = 0;         ///< in a row in which it was probably seen, going on as objects move
+
+  bool fresh() const { return gradient_pixels <= 0 && visible_pixels <= 0; }
+  /// Whether the last frame's pose is the frame before's, so that motion blurs the view.
+  bool followed() const { return motion.started() && !motion.lost(); }
+};
+
+}  // namespace holdfast
