@@ -1,6 +1,7 @@
 # make            builds the library and the program, Release: build/release/apps/holdfast
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
+# make sanitize   the tests again with ASan and UBSan; make fuzz: FUZZ_SECONDS (60) of made-up input for each reader
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
 #                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
 #                 tables and plots of docs/performance.md)
@@ -9,29 +10,34 @@
 # make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
 #                 covariance: docs/robustness.md; each part switched off: docs/experiments.md; SEQUENCES=folder for
 #                 recorded sequences too, PARTS=starts,small for some of it
+# make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/recovery.md
 # make install    installs below PREFIX (/usr/local)
-# make deps       installs what is missing (cmake/packages.txt); make format, make clean
+# make wheel      installs what is missing, then builds the Python package as a wheel: out/wheel
+# make deps       installs what is missing (cmake/packages.txt, cmake/python-packages.txt); make format, make clean
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 OUT ?= out/demo
 BENCH ?= out/bench
 BASELINE ?= $(BENCH)/baseline.json
 BENCH_DOCS ?= docs/performance
+venv := build/venv
 CMAKE_FLAGS ?=
 CTEST_FLAGS ?=
+FUZZ_SECONDS ?= 60
 
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery test bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery results test sanitize fuzz bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
 	cmake --build $(release) --parallel $(JOBS)
 
 deps:
-	@sh cmake/install-deps.sh
+	@sh cmake/install-deps.sh build test python
+	@sh cmake/make-venv.sh $(venv)
 
 demo:
 	@sh cmake/install-deps.sh build
@@ -44,6 +50,11 @@ experiments:
 	@python3 -B apps/experiments/run.py --program $(release)/apps/holdfast --work out/experiments \
 	  --document docs/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
+
+results:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
 
 recovery:
 	@sh cmake/install-deps.sh build experiments
@@ -63,12 +74,22 @@ test: export HOLDFAST_CACHE_DIR := $(CURDIR)/$(tested)/kernels
 test: export POCL_CACHE_DIR := $(CURDIR)/$(tested)/pocl
 test: deps
 	sh cmake/check-format.sh
-	cmake -S . -B $(tested) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_WARNINGS_AS_ERRORS=ON -DHOLDFAST_SECOND_OPENCL=ON $(CMAKE_FLAGS)
+	cmake -S . -B $(tested) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_WARNINGS_AS_ERRORS=ON -DHOLDFAST_SECOND_OPENCL=ON \
+	  -DHOLDFAST_BUILD_PYTHON=ON -DPython_EXECUTABLE=$(CURDIR)/$(venv)/bin/python $(CMAKE_FLAGS)
 	cmake --build $(tested) --parallel $(JOBS)
 	mkdir -p $(tested)/pocl
 	$(tested)/apps/holdfast devices
 	cd $(tested) && ctest --output-on-failure --no-tests=error --parallel $(JOBS) $(CTEST_FLAGS)
 	@sh tests/count.sh $(tested)/Testing/Temporary/LastTest.log
+
+# ASan and UBSan over the suites; what others' libraries leak is named in tests/sanitize/.
+sanitize:
+	@sh cmake/install-deps.sh build test
+	@sh tests/sanitize/run.sh build/sanitize $(CTEST_FLAGS)
+
+fuzz:
+	@sh cmake/install-deps.sh build fuzz
+	@sh tests/fuzz/run.sh build/fuzz $(FUZZ_SECONDS)
 
 bench:
 	@sh cmake/install-deps.sh build bench
@@ -90,6 +111,12 @@ install:
 	@test -x $(release)/apps/holdfast || $(MAKE) --no-print-directory all
 	cmake --install $(release) --prefix $(PREFIX)
 
+.PHONY: wheel
+wheel:
+	@sh cmake/install-deps.sh build python
+	@sh cmake/make-venv.sh $(venv)
+	$(venv)/bin/python -m pip wheel . --no-deps --no-build-isolation --wheel-dir out/wheel
+
 format:
 	sh cmake/check-format.sh --fix
 
@@ -97,4 +124,4 @@ check-format:
 	sh cmake/check-format.sh
 
 clean:
-	rm -rf $(release) $(tested)
+	rm -rf $(release) $(tested) $(venv) build/wheel

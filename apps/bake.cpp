@@ -15,6 +15,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "evaluation/sequence.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
@@ -108,7 +109,7 @@ void BakeCommand::add_to(CLI::App& command) {
       ->capture_default_str()
       ->type_name("N")
       ->group(frames_group);
-  command.add_option("--margin", options.bake.margin, "Pixels left out at the object's outline")
+  command.add_option("--margin", options.bake.margin, "Pixels left out at the object's contour")
       ->check(CLI::Range(1, 100))
       ->capture_default_str()
       ->type_name("PIXELS")
@@ -342,6 +343,7 @@ void BakeCommand::print(const BakeReport& report) const {
 
 int BakeCommand::run() const {
   check_arguments();
+  if (poses.empty()) start_drivers();
   const auto begin = std::chrono::steady_clock::now();
   BakeReport report = poses.empty() ? bake_tracked() : bake_posed();
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -46,12 +46,14 @@ std::string with_flag(const std::string& message) {
   }
   std::string flag = message.substr(mark.size(), message.find(' ', mark.size()) - mark.size());
   const std::string rest = message.substr(mark.size() + flag.size());
+  constexpr std::string_view unit = "_ms";
+  if (flag.ends_with(unit)) flag.resize(flag.size() - unit.size());
   std::replace(flag.begin(), flag.end(), '_', '-');
   return "--" + flag + rest;
 }
 
 const std::map<std::string, Preset> kPresets = {
-    {"default", Preset::standard}, {"fast", Preset::fast}, {"paper", Preset::paper}, {"published", Preset::published}};
+    {"default", Preset::standard}, {"fast", Preset::fast}, {"paper", Preset::paper}};
 
 TrackerOptions options_of(Preset preset) {
   switch (preset) {
@@ -59,8 +61,6 @@ TrackerOptions options_of(Preset preset) {
       return TrackerOptions::fast();
     case Preset::paper:
       return TrackerOptions::paper();
-    case Preset::published:
-      return TrackerOptions::published();
     case Preset::standard:
       break;
   }
@@ -77,27 +77,16 @@ void require_effect_in_paper_mode(const TrackerOptions& options, const TrackerOp
     }
   };
   require_same(options.levels, paper.levels, "--levels");
-  require_same(options.finest_level, paper.finest_level, "--finest-level");
-  require_same(options.most_pixels, paper.most_pixels, "--most-pixels");
-  require_same(options.enough_pixels, paper.enough_pixels, "--enough-pixels");
-  require_same(options.iterations, paper.iterations, "--iterations");
-  require_same(options.correlation_search, paper.correlation_search, "--correlation-search");
   require_same(options.search_radius, paper.search_radius, "--search-radius");
   require_same(options.motion_blur, paper.motion_blur, "--motion-blur");
-  require_same(options.outline, paper.outline, "--outline");
-  require_same(options.faint_deviation, paper.faint_deviation, "--faint-deviation");
-  require_same(options.coarse_color, paper.coarse_color, "--coarse-color");
-  require_same(options.fine_blur_sigma, paper.fine_blur_sigma, "--fine-blur-sigma");
-  require_same(options.tone_curve, paper.tone_curve, "--tone-curve");
-  require_same(options.lens_blur, paper.lens_blur, "--lens-blur");
-  require_same(options.challenge, paper.challenge, "--challenge");
+  require_same(options.contour, paper.contour, "--contour");
   require_same(options.recovery, paper.recovery, "--recovery");
 }
 
 }  // namespace
 
 void ModelArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--model", path, "Model: OBJ, PLY, glTF or anything else that assimp reads")
+  app.add_option("--model", path, "Model: OBJ, PLY, OFF, glTF or anything else that assimp reads")
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);
@@ -107,20 +96,39 @@ void ModelArguments::add_to(CLI::App& app, bool required) {
       ->group(kInputGroup);
 }
 
-Mesh ModelArguments::load() const { return io::load_model(path, scale); }
+Mesh ModelArguments::load(bool with_look) const {
+  std::vector<std::string> remarks;
+  Mesh mesh = io::load_model(path, scale, &remarks);
+  if (with_look) require_named_materials(mesh, path);
+  for (const std::string& remark : remarks) print_warning(remark);
+  return mesh;
+}
 
 void CameraArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--camera", path, "Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, or 'fx fy cx cy'")
+  app.add_option("--camera", path,
+                 "Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, Kalibr, or 'fx fy cx cy'")
       ->required(required)
       ->type_name("FILE")
+      ->group(kInputGroup);
+  add_choice<double>(app, "--pixel-centres", pixel_centres, {{"0", 0.0}, {"0.5", 0.5}},
+                     "Where the calibration has the first pixel's centre: OpenCV and ROS at 0, COLMAP at 0.5 [0]")
       ->group(kInputGroup);
   app.add_flag("--rescale-camera", rescale, "Frames are the calibration's view scaled to another size")
       ->group(kInputGroup);
 }
 
-Camera CameraArguments::load(int frame_width, int frame_height) const {
-  return io::camera_for_frames(io::load_camera(path), frame_width, frame_height, rescale);
+Camera CameraArguments::load() const {
+  Camera camera = io::load_camera(path);
+  camera.cx -= pixel_centres;
+  camera.cy -= pixel_centres;
+  return camera;
 }
+
+Camera CameraArguments::load(int frame_width, int frame_height) const {
+  return io::camera_for_frames(load(), frame_width, frame_height, rescale);
+}
+
+const char* lens_name(LensModel lens) { return lens == LensModel::fisheye ? "fisheye" : "polynomial"; }
 
 void InitPoseArguments::add_to(CLI::App& app, bool required) {
   app.add_option("--init", path, "First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')")
@@ -155,6 +163,9 @@ void TrackerArguments::add(CLI::App& app, const char* names, Field field, const 
     option = app.add_flag(names, value, std::string(description) + (value ? " [yes]" : " [no]"));
   } else {
     option = app.add_option(names, value, description)->capture_default_str();
+    if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+      option->delimiter(',')->allow_extra_args(false)->type_name("NAME,...");
+    }
   }
   option->group(kTrackerGroup);
   overrides_.push_back([option, field, this](TrackerOptions& options) {
@@ -170,10 +181,29 @@ void TrackerArguments::add_to(CLI::App& app) {
   app_ = &app;
   add_choice<Preset>(
       app, "--mode", preset_, kPresets,
-      "Everything; that for a tenth to half of the time; one view and one solution a frame, as the paper's "
-      "tracker but steadied; or that as published [default, whose values are listed here]")
+      "Everything; that for a third of the time; or one view and one solution a frame from texture alone, "
+      "as the paper's tracker [default, whose values are listed here]")
       ->group(kTrackerGroup);
-
+  add(
+      app, "--levels", [](O& o) -> int& { return o.levels; }, "Most pyramid levels");
+  add(
+      app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
+      "Of the search for the shift since the last frame, pixels of the frame");
+  add(
+      app, "--contour,!--no-contour", [](O& o) -> bool& { return o.contour; },
+      "Follow the contour too; otherwise a model without texture is an error");
+  add(
+      app, "--light-compensation,!--no-light-compensation", [](O& o) -> bool& { return o.light_compensation; },
+      "Gain and bias of the camera, light from one side");
+  add(
+      app, "--motion-blur,!--no-motion-blur", [](O& o) -> bool& { return o.motion_blur; },
+      "Draw the view as blurred as the shutter makes it");
+  add(
+      app, "--recovery,!--no-recovery", [](O& o) -> bool& { return o.recovery; },
+      "Search a lost object over the whole picture");
+  add(
+      app, "--recovery-budget", [](O& o) -> double& { return o.recovery_budget_ms; },
+      "Nominal milliseconds of that search in one frame; it goes on in the next");
   add(
       app, "--gradient-test,!--no-gradient-test", [](O& o) -> bool& { return o.occlusion.gradient_test; },
       "Occlusion test (5): a gradient in both images");
@@ -187,14 +217,8 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--block-vote,!--no-block-vote", [](O& o) -> bool& { return o.occlusion.block_vote; },
       "A pixel counts only where most of its neighbourhood passed");
   add(
-      app, "--all-channels,!--any-channel", [](O& o) -> bool& { return o.occlusion.all_channels; },
-      "Test (5) asks all channels for a gradient, not any");
-  add(
       app, "--angle-together,!--angle-each", [](O& o) -> bool& { return o.occlusion.angle_together; },
       "Test (6) compares all channels' gradients at once, not each");
-  add(
-      app, "--compare-magnitudes,!--compare-vectors", [](O& o) -> bool& { return o.occlusion.compare_magnitudes; },
-      "Test (7) compares lengths of gradients, not vectors");
   add(
       app, "--gradient-minimum", [](O& o) -> double& { return o.occlusion.gradient_minimum; },
       "t_gm of test (5), intensity in [0, 1] a pixel");
@@ -211,103 +235,14 @@ void TrackerArguments::add_to(CLI::App& app) {
       app, "--vote-share", [](O& o) -> double& { return o.occlusion.vote_share; },
       "Share of the neighbourhood's gradient pixels that must pass");
   add(
-      app, "--vote-relative,!--no-vote-relative", [](O& o) -> bool& { return o.occlusion.vote_relative; },
-      "The vote asks for a share of what passes where nothing is in front");
-
-  add(
-      app, "--redundancy,!--no-redundancy", [](O& o) -> bool& { return o.redundancy; },
+      app, "--redundancy,!--no-redundancy", [](O& o) -> bool& { return o.occlusion.redundancy; },
       "Add up channels whose gradient repeats the strongest one's direction");
   add(
-      app, "--redundancy-cosine", [](O& o) -> double& { return o.redundancy_cosine; },
+      app, "--redundancy-cosine", [](O& o) -> double& { return o.occlusion.redundancy_cosine; },
       "|cos| above which a channel repeats another");
   add(
-      app, "--blur-sigma", [](O& o) -> double& { return o.blur_sigma; },
-      "Gaussian of both images, pixels of the level");
-  add(
-      app, "--fine-blur-sigma", [](O& o) -> double& { return o.fine_blur_sigma; },
-      "The same on the finest level, where frames show that the pose is surer with it");
-  add(
-      app, "--silhouette-margin", [](O& o) -> int& { return o.silhouette_margin; },
-      "Most pixels dropped at silhouette and depth jumps");
-  add(
-      app, "--depth-jump", [](O& o) -> double& { return o.depth_jump; }, "Relative depth step that counts as a jump");
-  add(
-      app, "--levels", [](O& o) -> int& { return o.levels; }, "Most pyramid levels");
-  add(
-      app, "--finest-level", [](O& o) -> int& { return o.finest_level; }, "0: full resolution, 1: half");
-  add(
-      app, "--texture-samples", [](O& o) -> int& { return o.texture_samples; },
-      "Of the rendered view, a pixel: 1, or 4 averaged as light");
-  add(
-      app, "--mesh-deviation", [](O& o) -> double& { return o.mesh_deviation; },
-      "Pixels that a mesh drawn with fewer triangles may be off, its texture twice; 0: all are drawn");
-  add(
-      app, "--most-pixels", [](O& o) -> int& { return o.most_pixels; },
-      "An object of more is tracked at half the resolution");
-  add(
-      app, "--enough-pixels", [](O& o) -> int& { return o.enough_pixels; },
-      "With a gradient; of more, only every second to fourth row is looked at");
-  add(
-      app, "--iterations", [](O& o) -> int& { return o.iterations; }, "Most solved systems a level");
-  add(
-      app, "--robust-weights,!--no-robust-weights", [](O& o) -> bool& { return o.robust_weights; },
-      "Student-t weights on what passes the tests");
-  add(
-      app, "--photometric,!--no-photometric", [](O& o) -> bool& { return o.photometric; },
-      "Compensate gain and bias of each channel");
-  add(
-      app, "--shading,!--no-shading", [](O& o) -> bool& { return o.shading; },
-      "Draw the view as the light falls on it, learnt from the frames");
-  add(
-      app, "--tone-curve,!--no-tone-curve", [](O& o) -> bool& { return o.tone_curve; },
-      "Draw the view as the camera encodes brightness, learnt with the light");
-  add(
-      app, "--light-texels,!--no-light-texels", [](O& o) -> bool& { return o.light_texels; },
-      "Average texels as light where the frames show that a camera did; otherwise as encoded values");
-  add(
-      app, "--coarse-color,!--no-coarse-color", [](O& o) -> bool& { return o.coarse_color; },
-      "Draw colour as coarse as codecs keep it, where the frames show that");
-  add(
-      app, "--lens-blur,!--no-lens-blur", [](O& o) -> bool& { return o.lens_blur; },
-      "Draw the texture as blurred as the lens makes it, measured in the frames");
-  add(
-      app, "--mean-gradient,!--no-mean-gradient", [](O& o) -> bool& { return o.mean_gradient; },
-      "Rows from the mean of rendered and frame gradients");
-  add(
-      app, "--predict-velocity,!--no-predict-velocity", [](O& o) -> bool& { return o.predict_velocity; },
-      "Try going on as it moved beside no motion");
-  add(
-      app, "--expected-motion,!--no-expected-motion", [](O& o) -> bool& { return o.expected_motion; },
-      "Where its motion leads counts beside the rows, as surely as poses are known");
-  add(
-      app, "--correlation-search,!--no-correlation-search", [](O& o) -> bool& { return o.correlation_search; },
-      "Shift search on the coarsest level");
-  add(
-      app, "--motion-blur,!--no-motion-blur", [](O& o) -> bool& { return o.motion_blur; },
-      "Draw the view as blurred as the shutter makes it");
-  add(
-      app, "--challenge,!--no-challenge", [](O& o) -> bool& { return o.challenge; },
-      "Challenge results worse than usual with other starts");
-  add(
-      app, "--recovery,!--no-recovery", [](O& o) -> bool& { return o.recovery; },
-      "Search a lost object over the whole picture");
-  add(
-      app, "--outline,!--no-outline", [](O& o) -> bool& { return o.outline; },
-      "Follow the outline too where texture says little, and alone where there is none; otherwise a model without any "
-      "is "
-      "an error");
-  add(
-      app, "--faint-deviation", [](O& o) -> double& { return o.faint_deviation; },
-      "Standard deviation of the pose by texture, object radii and radians, above which the outline is followed too");
-  add(
-      app, "--search-radius", [](O& o) -> int& { return o.search_radius; },
-      "Of the shift search, pixels of the full frame");
-  add(
-      app, "--lost-correlation", [](O& o) -> double& { return o.lost_correlation; },
-      "Correlation below which the object is lost");
-  add(
-      app, "--lost-visible-share", [](O& o) -> double& { return o.lost_visible_share; },
-      "Share of gradient pixels used below which the object is lost");
+      app, "--ablate", [](O& o) -> std::vector<std::string>& { return o.ablate; },
+      "Mechanisms to leave out, for experiments");
 }
 
 void TrackerArguments::require_parts(const TrackerOptions& options) const {
@@ -315,13 +250,24 @@ void TrackerArguments::require_parts(const TrackerOptions& options) const {
     refuse_without(*app_, of_it, on, part);
   };
   const OcclusionOptions& tests = options.occlusion;
-  require(tests.gradient_test, "--gradient-test", {"--all-channels"});
+  require(tests.gradient_test, "--gradient-test", {"--gradient-minimum"});
   require(tests.angle_test, "--angle-test", {"--angle-maximum", "--angle-together"});
-  require(tests.magnitude_test, "--magnitude-test",
-          {"--difference-maximum", "--difference-relative", "--compare-magnitudes"});
-  require(tests.block_vote, "--block-vote", {"--vote-share", "--vote-relative"});
-  require(options.redundancy, "--redundancy", {"--redundancy-cosine"});
-  require(options.correlation_search, "--correlation-search", {"--search-radius"});
+  require(tests.magnitude_test, "--magnitude-test", {"--difference-maximum", "--difference-relative"});
+  require(tests.block_vote, "--block-vote", {"--vote-share"});
+  require(tests.redundancy, "--redundancy", {"--redundancy-cosine"});
+  require(options.recovery, "--recovery", {"--recovery-budget"});
+  for (const std::string& mechanism : options.ablate) {
+    const bool idle = mechanism == "shift_search";
+    refuse_beside(*app_, {"--search-radius"}, idle, "--ablate " + mechanism);
+  }
+}
+
+void TrackerArguments::refuse_for_plain() const {
+  refuse_without(*app_,
+                 {"--search-radius", "--gradient-test", "--angle-test", "--magnitude-test", "--block-vote",
+                  "--angle-together", "--gradient-minimum", "--angle-maximum", "--difference-maximum",
+                  "--difference-relative", "--vote-share", "--redundancy", "--redundancy-cosine"},
+                 false, "a texture or colours in the model");
 }
 
 const char* TrackerArguments::mode_name() const {
@@ -335,7 +281,7 @@ TrackerOptions TrackerArguments::options() const {
   for (const auto& override_field : overrides_) {
     override_field(options);
   }
-  if (options.mode == Mode::paper) {
+  if (options.quality == Quality::paper) {
     require_effect_in_paper_mode(options, options_of(preset_), mode_name());
   }
   try {

@@ -25,19 +25,26 @@ struct ModelArguments {
   double scale = 1;
 
   void add_to(CLI::App& app, bool required = true);
-  /// Throws Error(file, model).
-  Mesh load() const;
+  /// Prints a warning for what is missing in the file or not supported. Throws Error(file, model), and where
+  /// `with_look` as require_named_materials().
+  Mesh load(bool with_look = false) const;
 };
 
-/// --camera, --rescale-camera
+/// --camera, --rescale-camera, --pixel-centres
 struct CameraArguments {
   std::filesystem::path path;
   bool rescale = false;
+  double pixel_centres = 0;  ///< coordinate of the first pixel's centre in the calibration
 
   void add_to(CLI::App& app, bool required = true);
   /// The camera for frames of this size; throws Error(file, camera).
   Camera load(int frame_width, int frame_height) const;
+  /// The camera as the file has it, its pixel centres at whole numbers.
+  Camera load() const;
 };
+
+/// As it stands in reports: "polynomial" or "fisheye".
+const char* lens_name(LensModel lens);
 
 /// --init
 struct InitPoseArguments {
@@ -57,10 +64,10 @@ struct DeviceArguments {
   Device open() const { return Device(options); }
 };
 
-/// What --mode names: TrackerOptions(), fast(), paper() or published().
-enum class Preset { standard, fast, paper, published };
+/// What --mode names: TrackerOptions(), fast() or paper().
+enum class Preset { standard, fast, paper };
 
-/// --mode and one option for each field of TrackerOptions. What is not given keeps the mode's value.
+/// --mode and an option for each field of TrackerOptions. What is not given keeps the mode's value.
 class TrackerArguments {
  public:
   TrackerArguments() = default;
@@ -71,6 +78,8 @@ class TrackerArguments {
   /// Throws Error(invalid_argument) naming what is out of range, or has no effect in paper mode or beside another
   /// option.
   TrackerOptions options() const;
+  /// Throws Error(invalid_argument) for an option that does nothing for a model without texture and colours.
+  void refuse_for_plain() const;
   /// As it is given to --mode.
   const char* mode_name() const;
 

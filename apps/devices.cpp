@@ -10,6 +10,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
@@ -41,6 +42,7 @@ Mesh triangle() {
 /// Opens the device, so that one which cannot compile Holdfast's kernels is not reported as good.
 Inventory take_inventory(const DeviceArguments& arguments) {
   Inventory inventory;
+  app::start_drivers();
   inventory.devices = Device::list();
   try {
     inventory.used = arguments.open().info();

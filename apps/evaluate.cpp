@@ -12,6 +12,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "evaluation/frame_pictures.hpp"
 #include "evaluation/holdfast_run.hpp"
 #include "evaluation/marked_points.hpp"
@@ -55,7 +56,7 @@ struct EvaluateArguments {
   std::string protocol = kNeverReset;
   std::vector<int> steps = {1};
   double minimum_visible = 0;
-  bool show_start_frame = false;
+  bool show_start_frame = true;
   StartOptions starts;
   std::vector<double> start_error = {10, 5};  // mm, degrees
 
@@ -119,8 +120,8 @@ void EvaluateArguments::add_to(CLI::App& app) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->group(tracking);
-  app.add_flag("--show-start-frame", show_start_frame,
-               "rbot: show the tracker the frame it is put to the truth of (not counted)")
+  app.add_flag("--show-start-frame,!--hide-start-frame", show_start_frame,
+               "rbot: show the tracker the frame it is put to the truth of [yes; it is not counted]")
       ->group(tracking);
 
   app.add_option("--starts", starts.count, "starts: how many")
@@ -180,7 +181,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
                             ->type_name("N,...")
                             ->group(output);
   CLI::Option* pictured =
-      app.add_option("--pictures", pictures, "These frames as PNG: outline, and which pixels were used or rejected")
+      app.add_option("--pictures", pictures, "These frames as PNG: contour, and which pixels were used or rejected")
           ->type_name("FOLDER")
           ->group(output)
           ->needs(chosen);
@@ -343,6 +344,7 @@ int evaluate_tracker(const EvaluateArguments& arguments) {
   if (arguments.folders.empty()) {
     throw Error(ErrorCode::invalid_argument, "no sequence: give folders, or --poses with --truth");
   }
+  start_drivers();
   const ModelChoice models(arguments.models);
   ProtocolOptions protocol;
   protocol.protocol = arguments.rbot() ? Protocol::rbot : Protocol::never_reset;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "idle_options.hpp"
@@ -22,6 +24,7 @@
 #include "init/point_pairs.hpp"
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
+#include "init/surface_distance.hpp"
 #include "messages.hpp"
 #include "separate_files.hpp"
 #include "slow_notice.hpp"
@@ -38,6 +41,8 @@ using namespace app;
 
 /// Points that reach farther from the model than this share of its size are not of its unit or frame.
 constexpr double kOffModel = 0.1;
+/// The same of points that are nowhere on its surface.
+constexpr double kOffSurface = 0.03;
 
 struct InitCommand {
   ModelArguments model;
@@ -64,6 +69,7 @@ struct InitCommand {
     cv::Mat frame;  ///< empty: none was given
     std::optional<Mesh> mesh;
     std::vector<PointPair> given;
+    std::vector<double> off_surface;  ///< of each, from the mesh, metres; empty without one
     PoseFromPoints from_points;
     std::optional<RefinementOnFrame> refinement;
 
@@ -107,7 +113,7 @@ void InitCommand::add_to(CLI::App& command) {
   command.add_option("--camera-out", camera_out, "The camera, for --camera of 'holdfast track' (.yml, .json, .xml)")
       ->type_name("FILE")
       ->group(output_group);
-  command.add_option("--picture", picture_out, "Picture (.png) of the model's outline over the frame, to check by eye")
+  command.add_option("--picture", picture_out, "Picture (.png) of the model's contour over the frame, to check by eye")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--points-out", points_out, "The points that were clicked, for --points")
@@ -169,11 +175,12 @@ std::optional<Camera> InitCommand::known_camera(const cv::Mat& frame) const {
   if (estimate_focal) {
     return std::nullopt;
   }
-  return frame.empty() ? io::load_camera(camera.path) : camera.load(frame.cols, frame.rows);
+  return frame.empty() ? camera.load() : camera.load(frame.cols, frame.rows);
 }
 
-/// Points elsewhere than the model are in another unit or frame.
-void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs) {
+/// Points elsewhere than the model's surface are in another unit or frame, such as one with another axis up, though a
+/// pose may bring them to their pixels all the same.
+void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs, const std::vector<double>& off) {
   const double radius = mesh.radius();
   for (const PointPair& pair : pairs) {
     const double distance = (pair.p_object - mesh.center()).norm();
@@ -184,6 +191,16 @@ void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs) 
           pair.name, distance, radius));
       return;
     }
+  }
+  const auto farthest = std::max_element(off.begin(), off.end());
+  const auto count =
+      std::count_if(off.begin(), off.end(), [&](double metres) { return metres > kOffSurface * radius; });
+  if (count > 0) {
+    print_warning(fmt::format(
+        "{} of {} points do not lie on the model, that of {} is {:.3g} mm off its surface: were they measured in a "
+        "file "
+        "with other axes (y up instead of z) or another origin? 'holdfast show' draws the model as it is read",
+        count, off.size(), pairs[static_cast<std::size_t>(farthest - off.begin())].name, *farthest * 1e3));
   }
 }
 
@@ -214,6 +231,10 @@ std::string InitCommand::text(const Outcome& outcome) const {
   }
   text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals),
                       outcome.from_points.pairs.size());
+  if (!outcome.off_surface.empty()) {
+    text += fmt::format("off the model  {:.2f} mm at most\n",
+                        1e3 * *std::max_element(outcome.off_surface.begin(), outcome.off_surface.end()));
+  }
   if (estimate_focal) {
     text += fmt::format("focal length   {:.1f} +- {:.0f} px, centre ({:.1f}, {:.1f})\n", used.fx,
                         outcome.from_points.focal_sigma, used.cx, used.cy);
@@ -249,9 +270,14 @@ std::string InitCommand::json(const Outcome& outcome) const {
     rows.push_back({values(0), values(1), values(2), values(3)});
   }
   document["T_camera_object"] = rows;
-  document["camera"] = {
-      {"width", used.width}, {"height", used.height},        {"fx", used.fx}, {"fy", used.fy}, {"cx", used.cx},
-      {"cy", used.cy},       {"distortion", used.distortion}};
+  document["camera"] = {{"width", used.width},
+                        {"height", used.height},
+                        {"fx", used.fx},
+                        {"fy", used.fy},
+                        {"cx", used.cx},
+                        {"cy", used.cy},
+                        {"lens", lens_name(used.lens)},
+                        {"distortion", used.distortion}};
   document["focal_sigma_px"] = estimate_focal ? Json(outcome.from_points.focal_sigma) : Json(nullptr);
   document["rms_px"] = root_mean_square(residuals);
   document["points"] = Json::array();
@@ -262,6 +288,7 @@ std::string InitCommand::json(const Outcome& outcome) const {
                                   {"pixel", {pair.pixel.x(), pair.pixel.y()}},
                                   {"residual_px", {residuals[i].x(), residuals[i].y()}}});
   }
+  document["off_surface_m"] = outcome.off_surface.empty() ? Json(nullptr) : Json(outcome.off_surface);
   document["refinement"] = nullptr;
   if (outcome.refinement) {
     document["refinement"] = {{"accepted", outcome.refinement->accepted},
@@ -285,7 +312,7 @@ void InitCommand::write(const Outcome& outcome) const {
     save_point_pairs(points_out, outcome.given);
   }
   if (!json_out.empty()) {
-    OutputFile(json_out).write(json(outcome));
+    write_whole(json_out, json(outcome));
   }
   if (!picture_out.empty()) {
     const std::vector<Line> outline =
@@ -299,6 +326,7 @@ void InitCommand::run() const {
   if (click) {
     require_display();
   }
+  if (!no_refine && !model.path.empty() && !image.empty()) start_drivers();
   Outcome outcome;
   if (!points.empty()) {
     outcome.given = load_point_pairs(points, model.scale);
@@ -318,9 +346,15 @@ void InitCommand::run() const {
   for (const std::string& warning : outcome.from_points.warnings) {
     print_warning(warning);
   }
+  if (known) {
+    warn_if(io::camera_warning(*known));
+  }
   if (outcome.mesh) {
     warn_about_units(*outcome.mesh, outcome.from_points.T_camera_object, outcome.from_points.camera);
-    warn_when_off_model(*outcome.mesh, outcome.given);
+    for (const PointPair& pair : outcome.given) {
+      outcome.off_surface.push_back(distance_to_surface(*outcome.mesh, pair.p_object));
+    }
+    warn_when_off_model(*outcome.mesh, outcome.given, outcome.off_surface);
   }
   refine(outcome);
   write(outcome);
@@ -335,7 +369,7 @@ void add_init_command(CLI::App& app, int&) {
   init->add_to(*command);
   command->callback([command, init] {
     refuse_without(*command, {"--frame", "--rescale-camera"}, !init->image.empty(), "--image");
-    refuse_without(*command, {"--rescale-camera"}, !init->camera.path.empty(), "--camera");
+    refuse_without(*command, {"--rescale-camera", "--pixel-centres"}, !init->camera.path.empty(), "--camera");
     init->config = config_file(*command);
     init->run();
   });

@@ -1,6 +1,12 @@
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <new>
@@ -34,6 +40,25 @@ class PlainFormatter : public CLI::Formatter {
     return name;
   }
 };
+
+/// A standard stream that the caller has closed would be the number of the first file that is opened: what is printed
+/// would go into it.
+void open_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+    if (fcntl(stream, F_GETFD) == -1 && errno == EBADF) {
+      (void)open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);  // the lowest number that is free
+    }
+  }
+}
+
+/// The exit code after all that was printed has been written.
+int after_printing(int exit_code) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  holdfast::app::print_error(std::string("cannot write to the standard output: ") +
+                             (errno != 0 ? std::strerror(errno) : "is it full?"));
+  return exit_code == holdfast::app::kOk ? holdfast::app::kOutput : exit_code;
+}
 
 /// The program's messages are one line each: OpenCV and FFmpeg stay silent unless the user asks for their logs.
 void silence_libraries() {
@@ -93,6 +118,7 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
 
 int main(int argc, char** argv) {
   using namespace holdfast::app;
+  open_standard_streams();
   silence_libraries();
   CLI::App app(
       "Holds on to a moving object: follows the position and orientation of one object of known shape and\n"
@@ -109,6 +135,7 @@ int main(int argc, char** argv) {
   holdfast::add_track_command(app, exit_code);
   holdfast::add_init_command(app, exit_code);
   holdfast::add_bake_command(app, exit_code);
+  holdfast::add_show_command(app, exit_code);
   holdfast::add_devices_command(app, exit_code);
   holdfast::add_simulate_command(app, exit_code);
   holdfast::add_evaluate_command(app, exit_code);
@@ -116,7 +143,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return report(app, error);
+    return after_printing(report(app, error));
   } catch (const holdfast::Error& error) {
     print_error(error.what());
     return exit_code_of(error.code());
@@ -124,8 +151,9 @@ int main(int argc, char** argv) {
     print_error("out of memory: use a smaller model or smaller frames");
     return kUnexpected;
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return after_printing(kOk);  // printing fails by an exception too
     print_error(std::string("unexpected: ") + error.what());
     return kUnexpected;
   }
-  return exit_code;
+  return after_printing(exit_code);
 }

@@ -17,6 +17,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -294,6 +295,7 @@ int run(SimulateArguments arguments) {
   if (arguments.folder.empty() && !arguments.report) {
     throw Error(ErrorCode::invalid_argument, "FOLDER is missing: where the sequence goes (--report alone needs none)");
   }
+  if (arguments.report) app::start_drivers();
   const SequenceOptions options = sequence_options(arguments);
   const Mesh mesh = object_mesh(arguments);
   check_distance(arguments, options.camera, mesh);

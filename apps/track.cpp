@@ -19,6 +19,7 @@
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
+#include "driver_start.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -31,6 +32,7 @@
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
+#include "track/pose_hint.hpp"
 #include "track/progress.hpp"
 #include "track/run_files.hpp"
 #include "track/run_summary.hpp"
@@ -103,7 +105,7 @@ void TrackCommand::add_to(CLI::App& command) {
       ->group(output_group);
   command
       .add_option("--overlay", outputs.overlay,
-                  "Video (.mp4, .mkv, .avi): the model's outline, and pixels used (green) or rejected (red)")
+                  "Video (.mp4, .mkv, .avi): the model's contour, and pixels used (green) or rejected (red)")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--contact-sheet", outputs.contact_sheet, "Picture (.png) of frames spread over the run")
@@ -130,7 +132,7 @@ FrameSourceOptions TrackCommand::source_options() const {
   options.stop = stop;
   options.stride = stride;
   options.frame_rate = frame_rate;
-  const Camera calibration = io::load_camera(camera.path);
+  const Camera calibration = camera.load();
   options.live_width = calibration.width;
   options.live_height = calibration.height;
   return options;
@@ -153,6 +155,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
         {"fy", seen_by.fy},
         {"cx", seen_by.cx},
         {"cy", seen_by.cy},
+        {"lens", lens_name(seen_by.lens)},
         {"distortion", seen_by.distortion}}},
       {"init", init.path.string()},
       {"mode", tracker.mode_name()},
@@ -160,8 +163,18 @@ std::string TrackCommand::run_json(const Tracker& used) const {
       {"tracker", used.description()},
       {"pose_convention", "object to camera, metres; camera axes x right, y down, z forward"},
       {"information_convention",
-       "inverse covariance of (v, w) in T_true = exp((v, w)) T: camera axes, metres and radians"}};
+       "inverse covariance of (v, w) in T_true = T exp((v, w)): object axes, metres and radians"}};
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Whether a frame shows the object near this pose.
+bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view) {
+  try {
+    follower.reset(T_camera_object);
+    return follower.track(view).status == Status::held;
+  } catch (const Error&) {
+    return false;  // behind the camera
+  }
 }
 
 int TrackCommand::run() const {
@@ -172,22 +185,22 @@ int TrackCommand::run() const {
     require_model_name(completed_model);
     require_writable(completed_model);
   }
+  start_drivers();
   FrameSource source(input, source_options());
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   const Pose T_camera_object = init.load();
   std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
-  // OpenCL's drivers are loaded while the model is; what is missing is said first, since compiling the kernels, which
-  // they do once a machine, cannot be broken off.
+  // The device is opened while the model is loaded; what is missing is said first, since compiling the kernels, which
+  // drivers do once a machine, cannot be broken off.
   std::error_code unknown;
   const bool there = fs::exists(model.path, unknown);
   std::future<Device> opened =
       std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
-  Mesh mesh = model.load();
-  if (completed_model.empty()) {
-    require_named_materials(mesh, model.path);
-  }
+  Mesh mesh = model.load(completed_model.empty());
+  if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   warn_about_units(mesh, T_camera_object, calibrated);
+  require_in_front(mesh, T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
   if (!completed_model.empty()) {
@@ -200,6 +213,7 @@ int TrackCommand::run() const {
   Tracker follower(mesh, calibrated, options, opened.get());
   follower.reset(T_camera_object);
   notice.reset();
+  warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
@@ -222,7 +236,14 @@ int TrackCommand::run() const {
   };
   parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
   parts.track = [&](TrackedFrame& tracked) {
-    tracked.result = follower.track(tracker_view(tracked.frame.image, grey));
+    const ImageView view = tracker_view(tracked.frame.image, grey);
+    const double time_s = tracked.frame.time_s;
+    tracked.result = follower.track(view, time_s);
+    if (tracked.ordinal == 0 && tracked.result.status == Status::lost && !completion) {
+      warn_if(pose_hint(T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view); }));
+      follower.reset(T_camera_object);
+      tracked.result = follower.track(view, time_s);
+    }
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
     }
@@ -230,7 +251,6 @@ int TrackCommand::run() const {
       completion->update(follower, tracked.frame.image, tracked.result);
     }
   };
-  parts.ahead = [&] { follower.draw_ahead(); };
   parts.write = [&](TrackedFrame& tracked) {
     files.write(tracked);
     figures.add(tracked);

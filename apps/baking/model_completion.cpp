@@ -75,9 +75,9 @@ ModelCompletion::ModelCompletion(const Mesh& mesh, const Camera& camera, const c
 }
 
 bool ModelCompletion::is_trustworthy(const FrameResult& result) const {
-  return result.status == Status::held && result.correlation >= options_.least_correlation &&
-         result.residual <= options_.largest_residual &&
-         result.used_pixels >= options_.least_used_share * result.gradient_pixels;
+  return result.status == Status::held && result.texture.correlation >= options_.least_correlation &&
+         result.texture.residual <= options_.largest_residual &&
+         result.texture.used_pixels >= options_.least_used_share * result.texture.gradient_pixels;
 }
 
 bool ModelCompletion::update(Tracker& tracker, const cv::Mat& frame, const FrameResult& result) {

@@ -6,7 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
-#include "holdfast/error.hpp"
+#include "init/check_picture.hpp"
 
 namespace holdfast::evaluation {
 
@@ -30,9 +30,7 @@ void FramePictures::draw(const FrameRecord& record) {
   tracked.mask = tracker_.pixel_mask();
   const std::filesystem::path path =
       folder_ / fmt::format("{}_step{}_{:06d}.png", sequence_.name, record.step, record.frame);
-  if (!cv::imwrite(path.string(), overlay_.overlay_picture(tracked))) {
-    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
-  }
+  app::save_picture(path, overlay_.overlay_picture(tracked));
 }
 
 }  // namespace holdfast::evaluation

@@ -1,10 +1,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
 #include "evaluation/report.hpp"
-#include "holdfast/error.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::evaluation {
 namespace {
@@ -17,11 +17,13 @@ std::string optional_mm(double metres) { return metres < 0 ? "" : fmt::format("{
 }  // namespace
 
 void write_frames_csv(const std::filesystem::path& path, const std::vector<Evaluation>& evaluations) {
-  std::ofstream out(path);
-  out << "sequence,step,offset,frame,visible,counted,failed,status,reason,by_outline,error_mm,error_x_mm,error_y_mm,"
+  std::ostringstream out;
+  out << "sequence,step,offset,frame,visible,counted,failed,status,reason,texture_holds,contour_holds,error_mm,error_x_"
+         "mm,error_y_mm,"
          "error_z_mm,error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,"
-         "passed_pixels,used_pixels,rows,iterations,mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,"
-         "ms_search,ms_solve";
+         "passed_pixels,used_pixels,rows,contour_lines,contour_near_lines,contour_score,contour_residual,iterations,"
+         "mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,"
+         "ms_search,ms_solve,ms_contour";
   // Upper triangle of FrameResult::information, row by row, and the squared error of the pose that it makes.
   for (int row = 0; row < 6; ++row) {
     for (int column = row; column < 6; ++column) out << fmt::format(",information_{}{}", row, column);
@@ -38,22 +40,27 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
   for (const Evaluation& evaluation : evaluations) {
     for (const FrameRecord& record : evaluation.records) {
       const FrameResult& result = record.result;
-      std::string reason = result.reason;
+      std::string reason = result.message;
       std::replace(reason.begin(), reason.end(), ',', ';');
       std::replace(reason.begin(), reason.end(), '\n', ' ');
-      out << fmt::format("{},{},{},{},{:.4f},{:d},{:d},{},{},{:d}", evaluation.sequence, record.step, record.offset,
-                         record.frame, record.visible, record.counted, record.failed,
-                         result.status == Status::held ? "held" : "lost", reason, result.by_outline);
+      out << fmt::format("{},{},{},{},{:.4f},{:d},{:d},{},{},{:d},{:d}", evaluation.sequence, record.step,
+                         record.offset, record.frame, record.visible, record.counted, record.failed,
+                         result.status == Status::held ? "held" : "lost", reason, result.texture.holds,
+                         result.contour.holds);
       out << fmt::format(",{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{},{}", kMillimetres * record.error.distance(),
                          kMillimetres * record.error.translation.x(), kMillimetres * record.error.translation.y(),
                          kMillimetres * record.error.translation.z(), to_degrees(record.error.rotation),
                          optional_mm(record.add), optional_mm(record.add_s));
-      out << fmt::format(",{:.5f},{:.6f},{},{},{},{},{},{},{}", result.correlation, result.residual,
-                         result.visible_pixels, result.usable_pixels, result.gradient_pixels, result.passed_pixels,
-                         result.used_pixels, result.rows, result.iterations);
+      const TextureEvidence& texture = result.texture;
+      out << fmt::format(",{:.5f},{:.6f},{},{},{},{},{},{}", texture.correlation, texture.residual,
+                         result.visible_pixels(), texture.usable_pixels, texture.gradient_pixels, texture.passed_pixels,
+                         texture.used_pixels, texture.rows);
+      const ContourEvidence& contour = result.contour;
+      out << fmt::format(",{},{},{:.5f},{:.4f},{}", contour.lines, contour.near_lines, contour.score(),
+                         contour.residual, result.iterations);
       out << (record.occluder ? fmt::format(",{},{}", record.occluder->used, record.occluder->on_occluder) : ",,");
-      out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
-                         result.ms.render, result.ms.filter, result.ms.search, result.ms.solve);
+      out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
+                         result.ms.render, result.ms.filter, result.ms.search, result.ms.solve, result.ms.contour);
       const Matrix6& information = result.information;
       for (int row = 0; row < 6; ++row) {
         for (int column = row; column < 6; ++column) out << fmt::format(",{:.15g}", information(row, column));
@@ -70,10 +77,7 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
       out << '\n';
     }
   }
-  out.flush();
-  if (!out) {
-    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
-  }
+  app::write_whole(path, out.str());
 }
 
 }  // namespace holdfast::evaluation

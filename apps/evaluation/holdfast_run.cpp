@@ -14,7 +14,7 @@ namespace holdfast::evaluation {
 TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
   TrackerUnderTest out;
   out.reset = [&tracker](const Pose& T_camera_object) { tracker.reset(T_camera_object); };
-  out.track = [&tracker, &sequence, grey = cv::Mat()](int frame) mutable {
+  const auto read = [&sequence](int frame) {
     const std::filesystem::path& path = sequence.frames.at(static_cast<std::size_t>(frame));
     const cv::Mat image = cv::imread(path.string(), cv::IMREAD_COLOR);
     if (image.empty()) {
@@ -25,6 +25,14 @@ TrackerUnderTest under_test(Tracker& tracker, const Sequence& sequence) {
                   fmt::format("{}: {}x{} pixels, but the sequence's first frame has {}x{}", path.string(), image.cols,
                               image.rows, sequence.camera.width, sequence.camera.height));
     }
+    return image;
+  };
+  out.reset_on = [&tracker, read, grey = cv::Mat()](const Pose& T_camera_object, int frame) mutable {
+    const cv::Mat image = read(frame);
+    tracker.reset(T_camera_object, app::tracker_view(image, grey));
+  };
+  out.track = [&tracker, read, grey = cv::Mat()](int frame) mutable {
+    const cv::Mat image = read(frame);
     const ImageView view = app::tracker_view(image, grey);
     const auto before = std::chrono::steady_clock::now();
     FrameResult result = tracker.track(view);

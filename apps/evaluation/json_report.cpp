@@ -1,11 +1,10 @@
 #include <fmt/core.h>
 
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 
 #include "evaluation/report.hpp"
-#include "holdfast/error.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::evaluation {
 namespace {
@@ -103,7 +102,8 @@ ordered_json json_of(const std::vector<FrameRecord>& records) {
       {"offset", column([](const FrameRecord& r) { return r.offset; })},
       {"counted", column([](const FrameRecord& r) { return r.counted; })},
       {"held", column([](const FrameRecord& r) { return r.result.status == Status::held; })},
-      {"by_outline", column([](const FrameRecord& r) { return r.result.by_outline; })},
+      {"texture_holds", column([](const FrameRecord& r) { return r.result.texture.holds; })},
+      {"contour_holds", column([](const FrameRecord& r) { return r.result.contour.holds; })},
       {"visible", column([](const FrameRecord& r) { return r.visible; })},
       {"x_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.x(); })},
       {"y_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.y(); })},
@@ -143,12 +143,7 @@ void write_json(const std::filesystem::path& path, const Provenance& provenance,
     entry["per_frame"] = json_of(evaluation.records);
     root["evaluations"].push_back(entry);
   }
-  std::ofstream out(path);
-  out << root.dump(1) << '\n';
-  out.flush();
-  if (!out) {
-    throw Error(ErrorCode::output, fmt::format("{}: cannot be written", path.string()));
-  }
+  app::write_whole(path, root.dump(1) + "\n");
 }
 
 }  // namespace holdfast::evaluation

@@ -31,7 +31,7 @@ double normalized_error_squared(const Pose& T_camera_object_true, const Pose& T_
   if (!T_camera_object_estimated.matrix().allFinite() || !information.allFinite()) {
     return std::numeric_limits<double>::infinity();
   }
-  const Twist error = log_se3(T_camera_object_true * T_camera_object_estimated.inverse());
+  const Twist error = log_se3(T_camera_object_estimated.inverse() * T_camera_object_true);
   return error.dot(information * error);
 }
 

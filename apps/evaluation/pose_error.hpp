@@ -28,7 +28,7 @@ struct Tolerance {
 /// A tolerance from the units it is usually quoted in.
 Tolerance tolerance_mm_deg(double millimetres, double degrees);
 
-/// e^T information e with e = log(T_true T_estimated^-1): chi-squared with six degrees of freedom where the reported
+/// e^T information e with e = log(T_estimated^-1 T_true): chi-squared with six degrees of freedom where the reported
 /// covariance is right. Infinite where a pose is not finite.
 double normalized_error_squared(const Pose& T_camera_object_true, const Pose& T_camera_object_estimated,
                                 const Matrix6& information);

@@ -30,9 +30,13 @@ void check(std::span<const Pose> truth, std::span<const double> visible, const P
 bool ended(const ProtocolOptions& options) { return options.is_interrupted && options.is_interrupted(); }
 
 /// Puts the tracker to the truth; false where it cannot start from there (the object out of view, say).
-bool try_reset(const TrackerUnderTest& tracker, const Pose& T_camera_object) {
+bool try_reset(const TrackerUnderTest& tracker, const Pose& T_camera_object, int frame, bool show_frame) {
   try {
-    tracker.reset(T_camera_object);
+    if (show_frame && tracker.reset_on) {
+      tracker.reset_on(T_camera_object, frame);
+    } else {
+      tracker.reset(T_camera_object);
+    }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::pose) {
       throw;
@@ -81,13 +85,13 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
   const int frames = static_cast<int>(truth.size());
 
   int frame = options.offset;
-  tracker.reset(truth[frame]);
-  if (resets) {
-    if (options.show_start_frame) {
-      tracker.track(frame);
-    }
-    frame += options.step;
+  const bool shows = resets && options.show_start_frame;
+  if (shows && tracker.reset_on) {
+    tracker.reset_on(truth[frame], frame);
+  } else {
+    tracker.reset(truth[frame]);
   }
+  if (resets) frame += options.step;
 
   std::vector<FrameRecord> records;
   for (; frame < frames && !ended(options); frame += options.step) {
@@ -96,9 +100,7 @@ std::vector<FrameRecord> run_protocol(std::span<const Pose> truth, std::span<con
       tracker.inspect(record);
     }
     // Where the truth cannot be started from, the next frame fails too and brings the next attempt.
-    if (resets && record.failed && try_reset(tracker, truth[frame]) && options.show_start_frame) {
-      tracker.track(frame);
-    }
+    if (resets && record.failed) try_reset(tracker, truth[frame], frame, shows);
     records.push_back(std::move(record));
   }
   return records;

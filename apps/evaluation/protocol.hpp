@@ -17,6 +17,8 @@ struct FrameRecord;
 struct TrackerUnderTest {
   /// The object is at this pose; forget everything else. May throw Error(pose) where the pose cannot be started from.
   std::function<void(const Pose& T_camera_object)> reset;
+  /// The same, shown the frame of this index, in which the pose holds. May be empty: then reset() is called.
+  std::function<void(const Pose& T_camera_object, int frame)> reset_on = {};
   /// Where is it in the frame of this index? `ms.total` of the answer is what the frame cost.
   std::function<FrameResult(int frame)> track;
   /// May be empty. Called after every frame that counts as tracked, with its record: a look at the tracker's inside.
@@ -37,7 +39,7 @@ struct ProtocolOptions {
   double minimum_visible = 0;  ///< frames with a smaller visible share count neither way and bring no reset
   /// Whenever the tracker is put to a true pose in the rbot protocol it is shown that very frame (not counted), as
   /// trackers are that learn from the image they start on.
-  bool show_start_frame = false;
+  bool show_start_frame = true;
   std::function<bool()> is_interrupted = {};  ///< may be empty; asked before each frame, true ends the run there
 };
 

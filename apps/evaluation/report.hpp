@@ -24,7 +24,7 @@ struct Provenance {
   std::string protocol = {};  ///< "never-reset", "rbot" or "poses"
   Tolerance failure = tolerance_mm_deg(50, 5);
   double minimum_visible = 0;
-  bool show_start_frame = false;
+  bool show_start_frame = true;
   std::string tracker = {};  ///< device and renderer in words, or the file of poses
   bool complete = true;      ///< false: interrupted, so that frames, steps or sequences are missing
 };

@@ -150,13 +150,20 @@ void load_plain(Sequence& sequence) {
   complete_camera(sequence);
 }
 
+/// Levels of lists and objects within each other that BOP's files have not nearly; more would run out of stack.
+constexpr int kMostNested = 64;
+
 json load_json(const fs::path& path) {
   std::ifstream in(path);
   if (!in) {
     bad_file(path, "cannot be opened");
   }
+  const auto not_too_deep = [&path](int depth, json::parse_event_t, json&) {
+    if (depth > kMostNested) bad_file(path, "is nested too deeply");
+    return true;
+  };
   try {
-    return json::parse(in);
+    return json::parse(in, not_too_deep);
   } catch (const json::exception& error) {
     bad_file(path, fmt::format("is not valid JSON: {}", error.what()));
   }
@@ -243,6 +250,9 @@ void load_bop(Sequence& sequence, std::optional<int> wanted) {
 
   std::vector<double> first_k;
   for (const auto& [image, entries] : truth) {
+    if (!entries.is_array()) {
+      bad_file(truth_file, fmt::format("image {} has no list of poses", image));
+    }
     int found = -1;
     for (std::size_t i = 0; i < entries.size(); ++i) {
       if (bop_object_id(entries[i], truth_file, image) == *wanted) {
@@ -337,9 +347,20 @@ double number(const std::string& text, const fs::path& path, int line) {
   bad_file(path, fmt::format("line {}: '{}' is no number", line, text));
 }
 
+/// Over the mark that Windows' programs begin UTF-8 with.
+void skip_byte_order_mark(std::ifstream& file) {
+  char mark[3] = {};
+  file.read(mark, sizeof(mark));
+  if (std::string_view(mark, static_cast<std::size_t>(file.gcount())) != "\xef\xbb\xbf") {
+    file.clear();
+    file.seekg(0);
+  }
+}
+
 /// The table that `holdfast track --poses` writes.
 EstimatedPoses load_table(const fs::path& path) {
   std::ifstream in(path);
+  skip_byte_order_mark(in);
   std::string line;
   std::getline(in, line);
   std::map<std::string, std::size_t> column;
@@ -392,18 +413,20 @@ EstimatedPoses load_table(const fs::path& path) {
     const auto figure = [&](const char* name, auto& field) {
       if (column.contains(name)) field = static_cast<std::remove_reference_t<decltype(field)>>(value(name));
     };
-    figure("visible", result.visible_pixels);
-    figure("usable", result.usable_pixels);
-    figure("gradient", result.gradient_pixels);
-    figure("passed", result.passed_pixels);
-    figure("used", result.used_pixels);
-    figure("residual", result.residual);
-    figure("correlation", result.correlation);
+    figure("visible", result.texture.visible_pixels);
+    figure("usable", result.texture.usable_pixels);
+    figure("gradient", result.texture.gradient_pixels);
+    figure("passed", result.texture.passed_pixels);
+    figure("used", result.texture.used_pixels);
+    figure("residual", result.texture.residual);
+    figure("correlation", result.texture.correlation);
+    result.texture.asked = column.contains("visible");
     figure("iterations", result.iterations);
     figure("ms", result.ms.total);
-    figure("by_outline", result.by_outline);
+    figure("texture_holds", result.texture.holds);
+    figure("contour_holds", result.contour.holds);
     if (column.contains("reason")) {
-      result.reason = cell("reason");
+      result.message = cell("reason");
     }
     out.entries.push_back(entry);
   }

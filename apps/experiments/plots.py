@@ -47,7 +47,7 @@ def shade(axes, rows):
 def errors_over_time(runs, scenario, images, cut=(25.0, 6.0)):
     """A picture a scene for the first seed: a line a tracker, position at the left, orientation at the right."""
     for scene in scenario["scenes"]:
-        trackers = [t for t in scenario["runs"][scene] if not t.endswith(("-channels", "-redundancy", "-vote", "-absolute"))]
+        trackers = [t for t in scenario["runs"][scene] if not t.endswith(("-channels", "-redundancy"))]
         figure, grid = plt.subplots(len(trackers), 2, sharex=True, figsize=(11, 1.75 * len(trackers) + 0.4), squeeze=False)
         for (position, turn), tracker in zip(grid, trackers):
             rows = runs[scene, tracker].frames()[0]

@@ -56,7 +56,7 @@ def paper_parts(work, scenario, folders, runs):
     out = {"nothing": {scene: runs[scene, "paper"] for scene in parts["scenes"]}}
     for part, changes in parts["options"].items():
         options = tracker_options({**scenario["trackers"]["paper"], **changes})
-        name = "parts/" + "-".join(changes) + "/"
+        name = "parts/" + part.replace(" ", "-") + "/"
         out[part] = {scene: work.run(name + scene, folders[scene], options) for scene in parts["scenes"]}
     return out
 
@@ -100,7 +100,6 @@ def main():
     folders, runs = simulate_and_track(work, scenario, seeds)
     parts = {
         "bounds": tables.bounds(runs, scenario),
-        "published": tables.published_bounds(runs, scenario),
         "scenes": tables.scenes(runs, scenario),
         "redundancy": tables.redundancy(runs),
         "motion": tables.motion(folders, scenario),

@@ -6,13 +6,12 @@ from document import table
 from measures import spread
 from work import tracker_options
 
-OF_TRACKER = ("gradient-minimum", "angle-maximum", "difference-maximum", "vote-share", "blur-sigma")
+OF_TRACKER = ("gradient-minimum", "angle-maximum", "difference-maximum", "vote-share")
 LABELS = {
     "gradient-minimum": "$t_{gm}$, grey levels of 255 a pixel",
     "angle-maximum": "$t_\\theta$, degrees",
     "difference-maximum": "$t_{md}$, grey levels of 255 a pixel",
     "vote-share": "share of the neighbourhood that must pass",
-    "blur-sigma": "standard deviation of the Gaussian, pixels",
     "speed": "fastest corner, pixels a frame",
     "box-contrast": "contrast of the print",
     "distance": "nearest distance, m",
@@ -122,7 +121,7 @@ def run(work, scenario, seeds, folders, images):
         else:
             curves = of_scene(work, scenario, name, seeds)
         base = scenario["sweeps"][name].get("base")
-        plots.sweep(images / "sweep_{}.png".format(name), label, curves, name not in ("blur-sigma", "vote-share"),
+        plots.sweep(images / "sweep_{}.png".format(name), label, curves, name != "vote-share",
                     base * UNITS[name] if base else None)
         parts["sweep-" + name] = as_table(label, curves)
     return parts

@@ -7,9 +7,11 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "holdfast/error.hpp"
 #include "init/pose_from_points.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::app {
 namespace {
@@ -95,17 +97,17 @@ cv::Mat check_picture(const cv::Mat& frame, const Camera& camera, const Pose& T_
 }
 
 void save_picture(const std::filesystem::path& path, const cv::Mat& picture) {
-  bool written = false;
+  std::vector<std::uint8_t> encoded;
   try {
-    written = cv::imwrite(path.string(), picture);
+    cv::imencode(path.extension().string(), picture, encoded);
   } catch (const cv::Exception&) {
+    encoded.clear();
+  }
+  if (encoded.empty()) {
     throw Error(ErrorCode::output,
                 fmt::format("cannot write '{}': give a picture's name, ending in .png or .jpg", path.string()));
   }
-  if (!written) {
-    throw Error(ErrorCode::output,
-                fmt::format("cannot write '{}': check that its folder exists and is writable", path.string()));
-  }
+  write_whole(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
 }  // namespace holdfast::app

@@ -123,7 +123,7 @@ void save_point_pairs(const fs::path& path, const std::vector<PointPair>& pairs)
     text += fmt::format("{:.9g},{:.9g},{:.9g},{:.2f},{:.2f}\n", pair.p_object.x(), pair.p_object.y(), pair.p_object.z(),
                         pair.pixel.x(), pair.pixel.y());
   }
-  OutputFile(path).write(text);
+  write_whole(path, text);
 }
 
 }  // namespace holdfast::app

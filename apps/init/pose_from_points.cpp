@@ -202,9 +202,14 @@ std::vector<cv::Point2d> rays(const std::vector<PointPair>& pairs, const Camera&
     pixels.emplace_back(pair.pixel.x(), pair.pixel.y());
   }
   const cv::Matx33d matrix(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
-  const cv::Mat distortion(1, 8, CV_64F, const_cast<double*>(camera.distortion.data()));
+  const bool fisheye = camera.lens == LensModel::fisheye;
+  const cv::Mat distortion(1, fisheye ? 4 : 8, CV_64F, const_cast<double*>(camera.distortion.data()));
   std::vector<cv::Point2d> undistorted;
-  cv::undistortPoints(pixels, undistorted, matrix, distortion);
+  if (fisheye) {
+    cv::fisheye::undistortPoints(pixels, undistorted, matrix, distortion);
+  } else {
+    cv::undistortPoints(pixels, undistorted, matrix, distortion);
+  }
   return undistorted;
 }
 

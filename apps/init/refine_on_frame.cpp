@@ -45,12 +45,12 @@ RefinementOnFrame refine_on_frame(const Mesh& mesh, const Camera& camera, const 
       break;
     }
   }
-  refinement.correlation = result.correlation;
+  refinement.correlation = result.texture.correlation;
   refinement.moved = distance(pairs, camera, T_camera_object, pose);
   const double rms_before = root_mean_square(point_residuals(pairs, camera, T_camera_object));
   const double rms_after = root_mean_square(point_residuals(pairs, camera, pose));
   if (result.status == Status::lost) {
-    refinement.reason = result.reason;
+    refinement.reason = result.message;
   } else if (!(rms_after < kRmsFactor * rms_before + kRmsAllowance)) {
     refinement.reason = fmt::format("it went {:.1f} px away from the points", rms_after);
   } else {

@@ -33,6 +33,7 @@ Eigen::Vector2d undistort(const Camera& camera, const Eigen::Vector2d& pixel, Ei
 Lens::Lens(const Camera& camera) : camera_(camera), ideal_(camera) {
   if (!camera.has_distortion()) return;
   ideal_.distortion.fill(0);
+  ideal_.lens = LensModel::polynomial;
   ideal_pixel_.create(camera.height + 2, camera.width + 2, CV_32FC2);
   Eigen::Array2d low = Eigen::Array2d::Constant(std::numeric_limits<double>::max());
   Eigen::Array2d high = -low;

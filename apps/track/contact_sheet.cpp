@@ -88,7 +88,7 @@ void ContactSheet::finish() const {
   }
   std::vector<std::uint8_t> encoded;
   cv::imencode(path_.extension().string(), sheet, encoded);
-  OutputFile(path_).write({reinterpret_cast<const char*>(encoded.data()), encoded.size()});
+  write_whole(path_, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
 }  // namespace holdfast::app

@@ -58,6 +58,36 @@ void OutputFile::rewind_to(long offset) {
   }
 }
 
+fs::path part_of(const fs::path& path) {
+  return path.parent_path() / (path.stem().string() + ".part" + path.extension().string());
+}
+
+void put_in_place(const fs::path& path) {
+  std::error_code failed;
+  fs::rename(part_of(path), path, failed);
+  if (failed) {
+    const int error = failed.value();
+    fs::remove(part_of(path), failed);
+    cannot_write(path, error);
+  }
+}
+
+void write_whole(const fs::path& path, std::string_view bytes) {
+  std::error_code failed;
+  if (fs::exists(path, failed) && !fs::is_regular_file(path, failed)) {  // /dev/stdout
+    OutputFile(path).write(bytes);
+    return;
+  }
+  try {
+    OutputFile(part_of(not_a_dash(path))).write(bytes);
+  } catch (const Error&) {
+    const int error = errno;
+    fs::remove(part_of(path), failed);
+    cannot_write(path, error);
+  }
+  put_in_place(path);
+}
+
 void require_writable(const fs::path& path) {
   not_a_dash(path);
   std::error_code failed;

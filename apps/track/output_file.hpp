@@ -31,6 +31,15 @@ class OutputFile {
   bool can_rewind_ = false;
 };
 
+/// Writes a file whole or not at all: beside it first, in its place when it is complete. Throws Error(output).
+void write_whole(const std::filesystem::path& path, std::string_view bytes);
+
+/// The name under which a file is written before it takes its own: video.part.mp4 for video.mp4.
+std::filesystem::path part_of(const std::filesystem::path& path);
+
+/// Puts a complete part in its file's place. Throws Error(output).
+void put_in_place(const std::filesystem::path& path);
+
 /// Throws Error(output) when a file cannot be created or written at `path`; leaves what is there as it is.
 void require_writable(const std::filesystem::path& path);
 

@@ -142,14 +142,14 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
   put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10}, kTextSize, limit);
   put_text(strip,
            fmt::format("frame {}   {:.2f} s   residual {:.3f}   correlation {:.2f}   {:.1f} ms", tracked.frame.index,
-                       tracked.frame.time_s, result.residual, result.correlation, result.ms.total),
+                       tracked.frame.time_s, result.texture.residual, result.texture.correlation, result.ms.total),
            74, upper, kTextColor, kTextSize, limit);
   std::array<int, kClassStyles.size()> counts{};
   for (const std::uint8_t value : tracked.mask.classes) {
     ++counts[std::min<std::size_t>(value, counts.size() - 1)];
   }
-  if (!result.reason.empty()) {
-    put_text(strip, result.reason, 10, lower, held ? kTextColor : kLostColor, kSmallTextSize, limit);
+  if (!result.message.empty()) {
+    put_text(strip, result.message, 10, lower, held ? kTextColor : kLostColor, kSmallTextSize, limit);
   } else {
     // All of them, as they are coloured, not only those of the rows that the pose came from.
     const int used = counts[static_cast<std::size_t>(PixelClass::used)];

@@ -36,7 +36,7 @@ OverlayVideo::OverlayVideo(const std::filesystem::path& path, cv::Size size, dou
   require_writable(path);
   const VideoModule& video = video_module();
   for (const std::string& codec : codecs) {
-    writer_ = video.create(path.string(), codec, std::clamp(frame_rate, 1.0, 240.0), size);
+    writer_ = video.create(part_of(path).string(), codec, std::clamp(frame_rate, 1.0, 240.0), size);
     if (writer_) {
       return;
     }
@@ -49,12 +49,21 @@ OverlayVideo::OverlayVideo(const std::filesystem::path& path, cv::Size size, dou
 
 void OverlayVideo::write(const cv::Mat& picture) { writer_->write(picture); }
 
+OverlayVideo::~OverlayVideo() {
+  if (!writer_) return;
+  writer_->release();
+  std::error_code ignored;
+  std::filesystem::remove(part_of(path_), ignored);
+}
+
 void OverlayVideo::finish() {
   writer_->release();
-  if (const auto damage = video_damage(path_)) {
+  if (const auto damage = video_damage(part_of(path_))) {
     throw Error(ErrorCode::output,
                 fmt::format("the video '{}' could not be completed, is the disk full? {}", path_.string(), *damage));
   }
+  writer_.reset();
+  put_in_place(path_);
 }
 
 }  // namespace holdfast::app

@@ -11,13 +11,18 @@ namespace holdfast::app {
 /// A video being written: .mp4 and .mkv with H.264 (MPEG-4 where there is no encoder for it), .avi with motion JPEG.
 class OverlayVideo {
  public:
-  /// Throws Error(output) when the file cannot be written, or its name has another extension.
+  /// Written beside its place under the name of part_of(): one that is cut off cannot be played. Throws Error(output)
+  /// when the file cannot be written, or its name has another extension.
   OverlayVideo(const std::filesystem::path& path, cv::Size size, double frame_rate);
+  ~OverlayVideo();
+  OverlayVideo(const OverlayVideo&) = delete;
+  OverlayVideo& operator=(const OverlayVideo&) = delete;
 
   /// A BGR8 picture of the size given.
   void write(const cv::Mat& picture);
 
-  /// Completes the file. Throws Error(output) when it turns out incomplete: encoders do not say when the disk is full.
+  /// Completes the file and puts it in its place. Throws Error(output) when it turns out incomplete: encoders do not
+  /// say when the disk is full.
   void finish();
 
  private:

@@ -110,9 +110,6 @@ class Pipeline {
       }
       free_frames_.push(std::move(*frame));
       tracked_.push(std::move(*tracked));
-      if (parts_.live && parts_.ahead) {
-        timed(report_.track_s, parts_.ahead);
-      }
     }
   }
 

@@ -8,12 +8,11 @@
 
 namespace holdfast::app {
 
-/// What a run does with its frames; each part is called from one thread only, track() and ahead() from the caller's.
+/// What a run does with its frames; each part is called from one thread only, track() from the caller's.
 struct PipelineParts {
   std::function<bool(Frame&)> next;               ///< false at the end
   std::function<void(TrackedFrame&)> track;       ///< fills result, and mask where pictured
   std::function<bool(std::int64_t)> is_pictured;  ///< by ordinal: does write() need the picture?
-  std::function<void()> ahead;  ///< if any: what can be done before the next frame comes, after each of a live input
   std::function<void(TrackedFrame&)> write;
   std::function<bool()> is_interrupted;  ///< asked before each frame
   bool live = false;                     ///< a frame that nobody took in time gives way to a newer one

@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* kCsvHeader =
     "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,visible,usable,gradient,passed,used,residual,correlation,iterations,ms,"
-    "reason,by_outline\n";
+    "reason,texture_holds,contour_holds\n";
 
 const char* status_word(Status status) { return status == Status::held ? "held" : "lost"; }
 
@@ -63,19 +63,26 @@ ordered_json frame_json(const TrackedFrame& tracked) {
   return {{"frame", tracked.frame.index},
           {"time_s", tracked.frame.time_s},
           {"status", status_word(result.status)},
-          {"reason", result.reason},
-          {"by_outline", result.by_outline},
+          {"reason", result.message},
+          {"texture_holds", result.texture.holds},
+          {"contour_holds", result.contour.holds},
           {"translation", {t.x(), t.y(), t.z()}},
           {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
           {"pixels",
-           {{"visible", result.visible_pixels},
-            {"usable", result.usable_pixels},
-            {"gradient", result.gradient_pixels},
-            {"passed", result.passed_pixels},
-            {"used", result.used_pixels}}},
-          {"rows", result.rows},
-          {"residual", result.residual},
-          {"correlation", result.correlation},
+           {{"visible", result.visible_pixels()},
+            {"usable", result.texture.usable_pixels},
+            {"gradient", result.texture.gradient_pixels},
+            {"passed", result.texture.passed_pixels},
+            {"used", result.texture.used_pixels}}},
+          {"rows", result.texture.rows},
+          {"residual", result.texture.residual},
+          {"correlation", result.texture.correlation},
+          {"contour",
+           {{"lines", result.contour.lines},
+            {"telling", result.contour.telling_lines},
+            {"near", result.contour.near_lines},
+            {"agreement", result.contour.agreement},
+            {"residual", result.contour.residual}}},
           {"iterations", result.iterations},
           {"ms",
            {{"upload", result.ms.upload},
@@ -84,7 +91,7 @@ ordered_json frame_json(const TrackedFrame& tracked) {
             {"search", result.ms.search},
             {"solve", result.ms.solve},
             {"total", result.ms.total},
-            {"ahead", result.ms.ahead}}},
+            {"contour", result.ms.contour}}},
           {"information", std::move(information)}};
 }
 
@@ -96,7 +103,7 @@ ordered_json summary_json(const RunSummary& summary) {
   return {{"frames", summary.frames},
           {"held", summary.held},
           {"lost", summary.lost},
-          {"held_by_outline", summary.held_by_outline},
+          {"held_by_contour", summary.held_by_contour},
           {"lost_ranges", std::move(lost_ranges)},
           {"complete", summary.complete},
           {"median_ms", summary.median_ms},
@@ -112,7 +119,7 @@ ordered_json summary_json(const RunSummary& summary) {
             {"filter", summary.mean_ms.filter},
             {"search", summary.mean_ms.search},
             {"solve", summary.mean_ms.solve},
-            {"ahead", summary.mean_ms.ahead}}}};
+            {"contour", summary.mean_ms.contour}}}};
 }
 
 }  // namespace
@@ -121,11 +128,12 @@ CsvWriter::CsvWriter(const std::filesystem::path& path) : file_(path) { file_.wr
 
 void CsvWriter::write(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
-  file_.write(fmt::format("{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{},{:d}\n", tracked.frame.index,
+  file_.write(fmt::format("{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{},{:d},{:d}\n", tracked.frame.index,
                           tracked.frame.time_s, status_word(result.status), pose_text(result.T_camera_object, ','),
-                          result.visible_pixels, result.usable_pixels, result.gradient_pixels, result.passed_pixels,
-                          result.used_pixels, result.residual, result.correlation, result.iterations, result.ms.total,
-                          csv_field(result.reason), result.by_outline));
+                          result.visible_pixels(), result.texture.usable_pixels, result.texture.gradient_pixels,
+                          result.texture.passed_pixels, result.texture.used_pixels, result.texture.residual,
+                          result.texture.correlation, result.iterations, result.ms.total, csv_field(result.message),
+                          result.texture.holds, result.contour.holds));
 }
 
 TumWriter::TumWriter(const std::filesystem::path& path) : file_(path) {}

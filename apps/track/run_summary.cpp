@@ -20,12 +20,12 @@ void add_times(StageTimes& sum, const StageTimes& ms) {
   sum.search += ms.search;
   sum.solve += ms.solve;
   sum.total += ms.total;
-  sum.ahead += ms.ahead;
+  sum.contour += ms.contour;
 }
 
 StageTimes divided(const StageTimes& sum, double count) {
-  return {sum.upload / count, sum.render / count, sum.filter / count, sum.search / count,
-          sum.solve / count,  sum.total / count,  sum.ahead / count};
+  return {sum.upload / count, sum.render / count,  sum.filter / count, sum.search / count,
+          sum.solve / count,  sum.contour / count, sum.total / count};
 }
 
 std::string text_of(const std::vector<FrameRange>& ranges) {
@@ -57,7 +57,7 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
   if (lost) {
     ++counts_.lost;
     if (counts_.first_loss_reason.empty()) {
-      counts_.first_loss_reason = result.reason;
+      counts_.first_loss_reason = result.message;
     }
     if (last_was_lost_) {
       counts_.lost_ranges.back().last = tracked.frame.index;
@@ -66,10 +66,11 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
     }
   } else {
     ++counts_.held;
-    counts_.held_by_outline += result.by_outline;
-    Fit& fit = result.by_outline ? by_outline_ : by_texture_;
-    fit.residuals.push_back(result.residual);
-    fit.used.push_back(result.used_pixels);
+    const bool by_contour = !result.texture.holds && result.contour.holds;
+    counts_.held_by_contour += by_contour;
+    Fit& fit = by_contour ? by_contour_ : by_texture_;
+    fit.residuals.push_back(by_contour ? result.contour.residual : result.texture.residual);
+    fit.used.push_back(by_contour ? result.contour.near_lines : result.texture.used_pixels);
   }
   last_was_lost_ = lost;
 }
@@ -79,7 +80,7 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
   summary.complete = !report.interrupted && !report.failure;
   summary.median_ms = median(ms_);
-  const Fit& fit = by_texture_.residuals.empty() ? by_outline_ : by_texture_;
+  const Fit& fit = by_texture_.residuals.empty() ? by_contour_ : by_texture_;
   summary.median_residual = median(fit.residuals);
   summary.median_used_pixels = median(fit.used);
   summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
@@ -100,14 +101,13 @@ std::string summary_text(const RunSummary& summary) {
     text += fmt::format("  lost     frames {}{}\n", text_of(summary.lost_ranges),
                         summary.first_loss_reason.empty() ? "" : "; first: " + summary.first_loss_reason);
   }
-  if (summary.held_by_outline > 0) {
-    text += fmt::format("  outline  {} of the frames held show next to no texture: held by the outline\n",
-                        summary.held_by_outline);
+  if (summary.held_by_contour > 0) {
+    text += fmt::format("  contour  {} of the frames held are held by the contour alone\n", summary.held_by_contour);
   }
-  const bool all_by_outline = summary.held > 0 && summary.held_by_outline == summary.held;
+  const bool all_by_contour = summary.held > 0 && summary.held_by_contour == summary.held;
   text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,
-                      summary.median_used_pixels, all_by_outline ? "lines across the outline used" : "pixels used",
-                      summary.median_residual, all_by_outline ? " pixels" : "");
+                      summary.median_used_pixels, all_by_contour ? "lines across the contour used" : "pixels used",
+                      summary.median_residual, all_by_contour ? " pixels" : "");
   const StageTimes& ms = summary.mean_ms;
   text += fmt::format(
       "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "
@@ -117,7 +117,7 @@ std::string summary_text(const RunSummary& summary) {
       "  tracking upload {:.2f}, render {:.2f}, filter {:.2f}, search {:.2f}, solve {:.2f}, other {:.2f} ms{}\n",
       ms.upload, ms.render, ms.filter, ms.search, ms.solve,
       std::max(0.0, ms.total - ms.upload - ms.render - ms.filter - ms.search - ms.solve),
-      ms.ahead > 0 ? fmt::format("; {:.2f} before the frame came", ms.ahead) : "");
+      ms.contour > 0 ? fmt::format("; contour {:.2f}", ms.contour) : "");
   return text;
 }
 

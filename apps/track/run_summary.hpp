@@ -22,14 +22,14 @@ struct RunSummary {
   std::int64_t frames = 0;
   std::int64_t held = 0;
   std::int64_t lost = 0;
-  std::int64_t held_by_outline = 0;  ///< of those held
+  std::int64_t held_by_contour = 0;  ///< of those held
   std::vector<FrameRange> lost_ranges;
   std::string first_loss_reason;
   bool complete = false;  ///< the input was followed to its end
   double median_ms = 0;   ///< of tracking, all frames
-  /// Of frames held by their texture, intensity in [0, 1]; where all were held by their outline, pixels; 0: none held.
+  /// Of frames held by their texture, intensity in [0, 1]; where all were held by their contour, pixels; 0: none held.
   double median_residual = 0;
-  double median_used_pixels = 0;  ///< of the same frames; by the outline, lines across it
+  double median_used_pixels = 0;  ///< of the same frames; by the contour, lines across it
   double frames_per_second = 0;   ///< of the whole run
   StageTimes mean_ms;             ///< of tracking
   double read_ms = 0;             ///< mean a frame, busy time of the other two parts
@@ -54,7 +54,7 @@ class SummaryBuilder {
     std::vector<double> used;
   };
   Fit by_texture_;
-  Fit by_outline_;
+  Fit by_contour_;
 };
 
 /// The summary in a few lines for people.

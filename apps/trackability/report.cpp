@@ -97,10 +97,10 @@ std::optional<TrialResult> try_with(const SequenceOptions& options, const Mesh& 
 }
 
 std::string compared_by(const TrialResult& trial) {
-  if (trial.by_outline == trial.frames) return "followed by its outline, for want of texture";
+  if (trial.by_contour == trial.frames) return "followed by its contour, for want of texture";
   std::string text = per_cent(trial.textured_share) + " of them with texture to compare";
-  if (trial.by_outline > 0) {
-    text += fmt::format("; {} of {} frames show none: followed by the outline", trial.by_outline, trial.frames);
+  if (trial.by_contour > 0) {
+    text += fmt::format("; {} of {} frames show none: followed by the contour", trial.by_contour, trial.frames);
   }
   return text;
 }

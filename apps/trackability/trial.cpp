@@ -30,10 +30,9 @@ TrialResult summarize_trial(std::span<const evaluation::FrameRecord> records, st
   for (const evaluation::FrameRecord& record : records) {
     const FrameResult& result = record.result;
     ++out.frames;
-    out.by_outline += result.by_outline;
-    if (result.usable_pixels > 0) {
-      const double textured_pixels = result.by_outline ? 0 : result.gradient_pixels;
-      textured.push_back(textured_pixels / result.usable_pixels);
+    out.by_contour += !result.texture.holds && result.contour.holds;
+    if (result.texture.usable_pixels > 0) {
+      textured.push_back(static_cast<double>(result.texture.gradient_pixels) / result.texture.usable_pixels);
     }
     ms.push_back(result.ms.total);
     if (result.status == Status::lost) {

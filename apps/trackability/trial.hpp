@@ -22,7 +22,7 @@ struct TrialResult {
   double worst_depth = 0;                          ///< metres, of the good frames
   double median_rotation = 0, worst_rotation = 0;  ///< radians, of the good frames
   double median_pixels = 0, least_pixels = 0;      ///< of the picture, that show the object
-  int by_outline = 0;                              ///< frames followed by the outline alone, for want of texture
+  int by_contour = 0;                              ///< frames followed by the contour alone, for want of texture
   double textured_share = 0;                       ///< of the object's pixels that have a gradient to compare, median
   double median_ms = 0;                            ///< tracking, a frame
 

@@ -14,38 +14,19 @@
 #include <vector>
 
 #include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
 #include "modules/video_module.hpp"
 #include "video/image_list.hpp"
 #include "video/media_check.hpp"
+#include "video/reader.hpp"
 
 namespace holdfast::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kImageFrameRate = 30;
 /// Of 255: a first frame without a brighter value shows next to nothing.
 constexpr double kNearlyBlack = 32;
-constexpr const char* kInputKinds =
-    "the input is a video file, an image folder, a pattern such as frames/%06d.png, or a camera's number";
-
-/// One kind of input, front to back.
-class Reader {
- public:
-  virtual ~Reader() = default;
-  /// Moves on to a frame; false at the end. skip() of frames that nobody wants to see saves converting them.
-  virtual bool read(Frame& frame) = 0;
-  virtual bool skip() = 0;
-  virtual std::int64_t first_index() const { return 0; }
-  /// One past the last frame's index, where known.
-  virtual std::optional<std::int64_t> end_index() const { return std::nullopt; }
-  virtual double frame_rate() const = 0;
-  virtual bool live() const { return false; }
-  /// What the frame last read is called in messages.
-  virtual std::string name_of_last() const = 0;
-  /// Having come to the end after the frame before `index`: why that is too early.
-  virtual std::optional<std::string> ended_early(std::int64_t) const { return std::nullopt; }
-};
 
 class ImageReader : public Reader {
  public:
@@ -76,9 +57,12 @@ class ImageReader : public Reader {
     }
     // Decoding into the frame's own memory would leave the frame before there, unnoticed, when decoding fails.
     try {
+      if (!bytes_.empty()) io::check_image(bytes_.data(), bytes_.size(), image.path.string());
       frame.image = bytes_.empty() ? cv::Mat() : cv::imdecode(bytes_, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
     } catch (const cv::Exception&) {  // some decoders throw where others return nothing
       frame.image.release();
+    } catch (const Error& error) {
+      throw why_not(error.what());
     }
     if (frame.image.empty()) {
       throw why_not(bytes_.empty() ? "it is empty" : "it is no image that can be decoded, or it is damaged");
@@ -102,6 +86,7 @@ class ImageReader : public Reader {
   std::optional<std::int64_t> end_index() const override { return end_index_; }
   double frame_rate() const override { return frame_rate_; }
   std::string name_of_last() const override { return fmt::format(" ('{}')", images_[at_ - 1].path.string()); }
+  int turn() const override { return io::image_turn(bytes_.data(), bytes_.size()); }
 
  private:
   void require_no_gap() {
@@ -133,93 +118,6 @@ class ImageReader : public Reader {
   std::size_t at_ = 0;  // the next image
   bool read_any_ = false;
   std::vector<std::uint8_t> bytes_;
-};
-
-class VideoReader : public Reader {
- public:
-  VideoReader(const std::string& path, double frame_rate) : path_(path) {
-    const bool is_url = path.find("://") != std::string::npos;
-    if (!is_url) {
-      require_readable();
-      damage_ = video_damage(path);
-    }
-    capture_ = video_module().open_file(path);
-    if (!capture_) {
-      const std::string reason = damage_  ? *damage_
-                                 : is_url ? "it cannot be reached, or is no video"
-                                          : fmt::format("unknown format; {}", kInputKinds);
-      throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path, reason));
-    }
-    capture_->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
-    const double own_rate = capture_->get(cv::CAP_PROP_FPS);
-    has_rate_of_its_own_ = frame_rate <= 0 && own_rate > 0 && own_rate < 1e4;
-    frame_rate_ = frame_rate > 0 ? frame_rate : has_rate_of_its_own_ ? own_rate : kImageFrameRate;
-    const double count = capture_->get(cv::CAP_PROP_FRAME_COUNT);
-    promised_ = count >= 1 && count < 1e12 ? static_cast<std::int64_t>(count) : 0;
-  }
-
-  bool read(Frame& frame) override {
-    if (!capture_->grab() || !capture_->retrieve(frame.image) || frame.image.empty()) {
-      return false;
-    }
-    frame.index = read_++;
-    // Frames need not come at regular times; containers that carry none give zeros.
-    const double time_s = capture_->get(cv::CAP_PROP_POS_MSEC) * 1e-3;
-    const bool plausible = has_rate_of_its_own_ && std::isfinite(time_s) && (frame.index == 0 || time_s > last_time_s_);
-    frame.time_s = plausible ? time_s : static_cast<double>(frame.index) / frame_rate_;
-    last_time_s_ = frame.time_s;
-    return true;
-  }
-
-  bool skip() override {
-    const bool grabbed = capture_->grab();
-    read_ += grabbed ? 1 : 0;
-    return grabbed;
-  }
-
-  std::optional<std::int64_t> end_index() const override {
-    return promised_ > 0 ? std::optional(promised_) : std::nullopt;
-  }
-  double frame_rate() const override { return frame_rate_; }
-  std::string name_of_last() const override { return fmt::format(" of '{}'", path_); }
-
-  std::optional<std::string> ended_early(std::int64_t wanted_end) const override {
-    if (damage_) {
-      return fmt::format("'{}' is damaged: {}; {}; copy or record it again", path_, *damage_,
-                         read_ == 0 ? "no frame can be decoded"
-                                    : fmt::format("{} frames could be decoded, the last may be spoiled", read_));
-    }
-    // Containers without a frame count have it estimated from their duration.
-    const std::int64_t wanted = std::min(wanted_end, promised_);
-    const std::int64_t tolerance = std::max<std::int64_t>(1, promised_ / 100);
-    if (read_ + tolerance < wanted) {
-      return fmt::format(
-          "'{}' promises {} frames, but only {} can be decoded: it is damaged or cut short; copy or record it "
-          "again",
-          path_, promised_, read_);
-    }
-    return std::nullopt;
-  }
-
- private:
-  void require_readable() const {
-    std::error_code failed;
-    if (!fs::exists(path_, failed)) {
-      throw Error(ErrorCode::file, fmt::format("there is no '{}': {}", path_, kInputKinds));
-    }
-    if (!std::ifstream(path_)) {
-      throw Error(ErrorCode::file, fmt::format("cannot read '{}': {}", path_, std::strerror(errno)));
-    }
-  }
-
-  std::string path_;
-  std::unique_ptr<cv::VideoCapture> capture_;
-  std::optional<std::string> damage_;
-  double frame_rate_ = 0;
-  bool has_rate_of_its_own_ = false;
-  std::int64_t promised_ = 0;  // 0: unknown
-  std::int64_t read_ = 0;
-  double last_time_s_ = 0;
 };
 
 class CameraReader : public Reader {
@@ -289,7 +187,7 @@ std::unique_ptr<Reader> open_reader(const std::string& input, const FrameSourceO
   if (auto images = list_images(input)) {
     return std::make_unique<ImageReader>(std::move(*images), options.start, options.frame_rate);
   }
-  return std::make_unique<VideoReader>(input, options.frame_rate);
+  return open_video(input, options.frame_rate);
 }
 
 void validate(const FrameSourceOptions& options) {
@@ -313,10 +211,8 @@ class FrameSource::Impl {
  public:
   Impl(const std::string& input, const FrameSourceOptions& given)
       : input_(input), options_((validate(given), given)), reader_(open_reader(input, given)) {
-    if (const auto end = reader_->end_index(); end && *end <= options_.start) {
-      throw Error(ErrorCode::invalid_argument,
-                  fmt::format("--start {} lies behind the end of '{}', whose last frame is {}", options_.start, input,
-                              *end - 1));
+    if (const auto end = reader_->end_index(); end && reader_->end_is_certain() && *end <= options_.start) {
+      throw behind_the_end(*end);
     }
     // Numbered images need not begin at 0.
     at_ = reader_->first_index();
@@ -327,6 +223,7 @@ class FrameSource::Impl {
                                                            *options_.stop, input, options_.start));
     }
     if (!read(first_)) {
+      if (at_ > 0 && at_ < options_.start) throw behind_the_end(at_);
       throw Error(
           ErrorCode::file,
           ended_early_.value_or(fmt::format(
@@ -336,7 +233,13 @@ class FrameSource::Impl {
     has_first_ = true;
     double brightest = 0;
     cv::minMaxLoc(first_.image.reshape(1), nullptr, &brightest);
-    if (brightest < kNearlyBlack) {
+    if (const int turn = reader_->turn(); turn != 0) {
+      doubt_ = fmt::format(
+          "frame {}{} is stored turned by {} degrees and read so, {}x{}: the calibration, the first pose and points "
+          "must "
+          "belong to frames as they are stored; turn the recording if they do not",
+          first_.index, reader_->name_of_last(), turn, size_.width, size_.height);
+    } else if (brightest < kNearlyBlack) {
       doubt_ = fmt::format(
           "frame {}{} is nearly black, its brightest value {} of 255: expose longer; if its values are 10 or 12 bits "
           "in "
@@ -382,6 +285,12 @@ class FrameSource::Impl {
   const Reader& reader() const { return *reader_; }
 
  private:
+  Error behind_the_end(std::int64_t end) const {
+    return Error(
+        ErrorCode::invalid_argument,
+        fmt::format("--start {} lies behind the end of '{}', whose last frame is {}", options_.start, input_, end - 1));
+  }
+
   std::int64_t wanted_end() const { return options_.stop.value_or(INT64_MAX); }
 
   bool read(Frame& frame) {

@@ -20,7 +20,9 @@ struct FrameSourceOptions {
 struct Frame {
   cv::Mat image;           ///< BGR8
   std::int64_t index = 0;  ///< frame number in the input, counted without start and stride
-  double time_s = 0;       ///< seconds from the input's first frame
+  /// Seconds from the input's first frame, rising strictly: a video's own stamps, of a camera when the frame came.
+  /// Where a video has none, or one that does not rise, and for images, the frame rate tells.
+  double time_s = 0;
 };
 
 /// The frames of a video file, an image folder, an image pattern (printf or glob), or a live camera, as recorded:

@@ -51,7 +51,7 @@ std::optional<fs::path> folder_with_images(std::vector<fs::path> paths) {
   std::sort(paths.begin(), paths.end());
   for (const fs::path& path : paths) {
     for (fs::directory_iterator entry(path, failed), end; !failed && entry != end; entry.increment(failed)) {
-      if (is_image_name(entry->path())) {
+      if (is_image_name(entry->path()) && !entry->path().filename().string().starts_with('.')) {
         return path;
       }
     }
@@ -59,8 +59,12 @@ std::optional<fs::path> folder_with_images(std::vector<fs::path> paths) {
   return std::nullopt;
 }
 
+/// What systems leave beside their users' files, such as macOS's "._frame.jpg", which is no picture.
+bool is_hidden(const fs::path& file) { return file.filename().string().starts_with('.'); }
+
 std::vector<ListedImage> images_of_folder(const std::string& folder) {
   std::vector<fs::path> files = files_of(folder);
+  std::erase_if(files, is_hidden);
   const std::optional<fs::path> below = folder_with_images(files);
   std::erase_if(files, [](const fs::path& file) { return !is_image_name(file); });
   if (files.empty()) {

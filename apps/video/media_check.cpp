@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <string_view>
+#include <utility>
 
 namespace holdfast::app {
 namespace {
@@ -101,7 +102,56 @@ std::optional<std::string> png_damage(std::span<const std::uint8_t> bytes) {
   return "it is cut short: the PNG has no end mark";
 }
 
+/// The place and length of what a box of this name holds, looked for among the boxes from `begin` to `end`.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> find_box(std::ifstream& file, std::uint64_t begin,
+                                                                std::uint64_t end, std::string_view name) {
+  std::array<std::uint8_t, 16> header{};
+  while (begin + 8 <= end && read_at(file, begin, header.data(), 8)) {
+    std::uint64_t length = big_endian(header.data(), 4), head = 8;
+    const bool found = tag(&header[4]) == name;
+    if (length == 1 && read_at(file, begin, header.data(), header.size())) {
+      length = big_endian(&header[8], 8);
+      head = 16;
+    }
+    length = length == 0 ? end - begin : length;
+    if (length < head || length > end - begin) break;
+    if (found) return std::pair{begin + head, length - head};
+    begin += length;
+  }
+  return std::nullopt;
+}
+
+/// How long an MP4 or MOV file says that it plays, edit lists applied.
+std::optional<double> mp4_duration(std::ifstream& file, std::uint64_t size) {
+  const auto movie = find_box(file, 0, size, "moov");
+  const auto header = movie ? find_box(file, movie->first, movie->first + movie->second, "mvhd") : std::nullopt;
+  std::array<std::uint8_t, 32> bytes{};
+  if (!header || header->second < bytes.size() || !read_at(file, header->first, bytes.data(), bytes.size())) {
+    return std::nullopt;
+  }
+  const bool wide = bytes[0] == 1;
+  const std::uint64_t scale = big_endian(&bytes[wide ? 20 : 12], 4),
+                      length = big_endian(&bytes[wide ? 24 : 16], wide ? 8 : 4);
+  return scale > 0 && length > 0 ? std::optional(static_cast<double>(length) / static_cast<double>(scale))
+                                 : std::nullopt;
+}
+
 }  // namespace
+
+CountPromise count_promise(const std::filesystem::path& path) {
+  std::error_code failed;
+  const std::uint64_t size =
+      std::filesystem::is_regular_file(path, failed) ? std::filesystem::file_size(path, failed) : 0;
+  std::ifstream file(path, std::ios::binary);
+  std::array<std::uint8_t, 12> header{};
+  if (failed || size == 0 || !file || !read_at(file, 0, header.data(), header.size())) {
+    return {};
+  }
+  if (tag(&header[4]) == "ftyp") {
+    return {true, mp4_duration(file, size)};
+  }
+  return {tag(header.data()) == "RIFF" && tag(&header[8]) == "AVI ", std::nullopt};
+}
 
 std::optional<std::string> video_damage(const std::filesystem::path& path) {
   std::error_code failed;

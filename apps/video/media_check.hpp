@@ -13,6 +13,14 @@ namespace holdfast::app {
 /// other than MP4, MOV and AVI, and for what is no regular file.
 std::optional<std::string> video_damage(const std::filesystem::path& path);
 
+/// What a video file's count of frames is worth.
+struct CountPromise {
+  bool exact = false;                ///< the container counts its frames, and does not estimate them
+  std::optional<double> duration_s;  ///< of what is shown, which an edit list may leave frames out of
+};
+
+CountPromise count_promise(const std::filesystem::path& path);
+
 /// Why an encoded image cannot be whole; nothing for whole images and for formats other than JPEG and PNG.
 std::optional<std::string> image_damage(std::span<const std::uint8_t> bytes);
 

@@ -1,4 +1,4 @@
-"""Objects with little print: tracked by texture alone, and by texture and outline together."""
+"""Objects with little print: tracked by texture alone, and by texture and contour together."""
 
 import statistics
 
@@ -9,7 +9,7 @@ from document import table
 from measures import text
 
 HEAD = ["object", "condition", "texture alone: frames lost or failed", "held but wrong", "median, mm / deg",
-        "with the outline: frames lost or failed", "held but wrong", "median, mm / deg", "inside the 95 % ellipsoid, %",
+        "with the contour: frames lost or failed", "held but wrong", "median, mm / deg", "inside the 95 % ellipsoid, %",
         "ms"]
 
 
@@ -32,7 +32,7 @@ def part(bench, recorded):
             name = "faint-{}-{}".format(kind, condition.replace(" ", "-"))
             seen = bench.simulated(name, model, changes, poses=poses)
             subject = Subject(name, seen.folder, model, seen.stamp)
-            alone = bench.track(name + "-texture", subject, "--no-outline")
+            alone = bench.track(name + "-texture", subject, "--no-contour")
             both = bench.track(name, subject)
             rows.append([kind, condition, *figures(alone), *figures(both), text(both.covered()[0], 1),
                          text(statistics.median(measures.number(r, "ms") for r in both.rows))])

@@ -6,12 +6,12 @@ import statistics
 import numpy
 
 import ablation
+import contour
 import faint
 import frame0
 import light
 import measures
 import models
-import outline
 import paths
 import rings
 from bench import CAMERA, Subject, joined
@@ -198,11 +198,11 @@ def same_twice(bench, recorded):
 
 def object_row(name, changed, run):
     return [name, changed, text(run.success(), 1), run.bad(), run.wrong(), mm_deg(run),
-            "{} / {}".format(*map(text, run.largest())), sum(r["reason"].startswith("model") for r in run.rows)]
+            "{} / {}".format(*map(text, run.largest()))]
 
 
 OBJECTS = ["object", "what is the matter", "success, %", "frames lost or failed", "held but wrong", "median, mm / deg",
-           "largest, mm / deg", "frames that call the model's proportions wrong"]
+           "largest, mm / deg"]
 
 
 def objects(bench, recorded):
@@ -256,7 +256,7 @@ def wrong_variants(bench, kind):
 
 PARTS = {
     "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
-    "small": small, "outside": outside, "objects": objects, "faint": faint.part, "outline": outline.part,
+    "small": small, "outside": outside, "objects": objects, "faint": faint.part, "contour": contour.part,
     "rings": rings.part, "frame0": frame0.part, "same-twice": same_twice,
     "ablation": ablation.part,
 }

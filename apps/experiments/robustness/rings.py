@@ -32,7 +32,7 @@ def errors(row):
 
 
 def reported_deviation(row):
-    """Of the turn about the axis, degrees, in the information that came with the pose (twist order v, w, camera axes);
+    """Of the turn about the axis, degrees, in the information that came with the pose (twist order v, w, object axes);
     infinite where it says nothing of some motion."""
     upper = numpy.zeros((6, 6))
     for i in range(6):
@@ -43,8 +43,7 @@ def reported_deviation(row):
         covariance = numpy.linalg.inv(information)
     except numpy.linalg.LinAlgError:
         return math.inf
-    axis = rotation(row, "estimated") @ AXIS
-    square = axis @ covariance[3:, 3:] @ axis
+    square = AXIS @ covariance[3:, 3:] @ AXIS
     return math.degrees(math.sqrt(square)) if square > 0 else math.inf
 
 

@@ -1,4 +1,4 @@
-"""Objects followed by their outline alone: plain ones, simulated, and the recorded ones without their texture."""
+"""Objects followed by their contour alone: plain ones, simulated, and the recorded ones without their texture."""
 
 import statistics
 import tomllib
@@ -46,14 +46,14 @@ HEAD = ["success, %", "of these called held, %", "held but wrong", "mm: median /
 
 
 def part(bench, recorded):
-    asked = bench.scenario["outline"]
+    asked = bench.scenario["contour"]
     rows = []
     for kind, color in asked["colors"].items():
         model = bench.changed_model("painted-" + kind, bench.model(kind, asked["seeds"][kind]),
                                     lambda m, color=color: painted(m, color))
         shape, stamp = shape_of(bench, kind, model)
         for condition, changes in asked["conditions"].items():
-            name = "outline-{}-{}".format(kind, condition)
+            name = "contour-{}-{}".format(kind, condition)
             seen = bench.simulated(name, model, changes)
             subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
             rows.append([kind, condition, *row(bench.track(name, subject, "--protocol", "rbot"))])
@@ -64,7 +64,7 @@ def part(bench, recorded):
         for name, seen in recorded.items():
             shape, stamp = shape_of(bench, seen.model.parent.name, seen.model)
             subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
-            run = bench.track("outline-" + name, subject, "--protocol", "rbot", "--min-visible", asked["least_visible"])
+            run = bench.track("contour-" + name, subject, "--protocol", "rbot", "--min-visible", asked["least_visible"])
             rows.append([name, *row(run), peers.get(name, [""])[0]])
         out += "\n" + table(["sequence", *HEAD, "M3T region: success %, first loss, mm, deg"], rows)
     return out

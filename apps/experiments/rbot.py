@@ -1,0 +1,74 @@
+#!/usr/bin/env python3
+"""Runs `holdfast evaluate --protocol rbot` on sequences with their model and with its shape alone, and writes the table
+docs/results/rbot.md.
+
+  rbot.py --program build/release/apps/holdfast --sequences FOLDER [--compare OTHER_PROGRAM] [--document FILE]
+
+FOLDER holds sequences (NAME_.../frames, K.txt, poses_gt.txt, visible.txt) and models/NAME/{model.obj, mesh_plain.obj}.
+"""
+import argparse
+import csv
+import pathlib
+import subprocess
+import tempfile
+
+
+def median(values, share=0.5):
+    values = sorted(values)
+    return values[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
+
+
+def run(program, sequence, model):
+    """The counted frames of a sequence, a dictionary each."""
+    with tempfile.TemporaryDirectory() as folder:
+        table = pathlib.Path(folder) / "frames.csv"
+        subprocess.run([program, "evaluate", sequence, "--model", model, "--protocol", "rbot", "--min-visible", "0.25",
+                        "--csv", table, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+        with open(table, newline="") as lines:
+            return [row for row in csv.DictReader(lines) if row["counted"] == "1"]
+
+
+def figures(rows):
+    """Success, median errors of the frames that did not fail, frames held and, of these, more than 20 mm or 5 degrees off."""
+    good = [r for r in rows if r["failed"] == "0"]
+    held = [r for r in rows if r["status"] == "held"]
+    wrong = [r for r in held if float(r["error_mm"]) > 20 or float(r["error_deg"]) > 5]
+    return (100 * len(good) / max(1, len(rows)), median([float(r["error_mm"]) for r in good]),
+            median([float(r["error_deg"]) for r in good]), len(held), len(wrong), len(rows))
+
+
+def cells(rows):
+    success, mm, degrees, held, wrong, frames = figures(rows)
+    return "{:.1f} | {:.2f} / {:.2f} | {} of {} | {}".format(success, mm, degrees, held, frames, wrong)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", required=True)
+    parser.add_argument("--sequences", type=pathlib.Path, required=True)
+    parser.add_argument("--compare", help="another build of the program, measured beside it")
+    parser.add_argument("--document", type=pathlib.Path, default=pathlib.Path("docs/results/rbot.md"))
+    arguments = parser.parse_args()
+    programs = [("", arguments.program)] + ([(" (compared)", arguments.compare)] if arguments.compare else [])
+    lines = [
+        "# RBOT protocol",
+        "",
+        "`make results SEQUENCES=FOLDER` writes this table. A sequence starts at the true pose and is put back to it after an",
+        "error of 50 mm or 5 degrees, which counts as a failure; frames less than 25 % visible do not count. Errors are medians",
+        "of the frames that did not fail, mm / degrees. Wrong: frames called held that are more than 20 mm or 5 degrees off.",
+        "",
+        "| sequence | model | success % | median error | held | wrong |",
+        "|---|---|---|---|---|---|",
+    ]
+    for sequence in sorted(p for p in arguments.sequences.iterdir() if (p / "visible.txt").exists()):
+        models = arguments.sequences / "models" / sequence.name.split("_")[0]
+        for title, model in (("textured", models / "model.obj"), ("shape alone", models / "mesh_plain.obj")):
+            for suffix, program in programs:
+                print("results:", sequence.name, title + suffix, flush=True)
+                lines.append("| {} | {} | {} |".format(sequence.name, title + suffix, cells(run(program, sequence, model))))
+    arguments.document.parent.mkdir(parents=True, exist_ok=True)
+    arguments.document.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

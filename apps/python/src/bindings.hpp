@@ -1,0 +1,21 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+/// The parts of the extension module, one a file.
+namespace holdfast::python {
+
+void bind_error(nanobind::module_& module);
+void bind_camera(nanobind::module_& module);
+void bind_mesh(nanobind::module_& module);
+void bind_device(nanobind::module_& module);
+void bind_frame_result(nanobind::module_& module);
+void bind_tracker(nanobind::module_& module);
+void bind_renderer(nanobind::module_& module);
+void bind_files(nanobind::module_& module);
+void bind_video(nanobind::module_& module);
+void bind_simulation(nanobind::module_& module);
+void bind_baking(nanobind::module_& module);
+void bind_evaluation(nanobind::module_& module);
+
+}  // namespace holdfast::python

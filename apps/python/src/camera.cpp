@@ -1,0 +1,163 @@
+#include "holdfast/camera.hpp"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+
+#include <algorithm>
+#include <new>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
+
+namespace holdfast::python {
+namespace {
+
+using Distortion = decltype(Camera::distortion);
+
+/// OpenCV's coefficients in any shape: 0, 4, 5 or 8 of them, further ones zero.
+Distortion distortion_argument(nb::handle value) {
+  Distortion distortion{};
+  if (value.is_none()) return distortion;
+  const nb::object flat = nb::module_::import_("numpy").attr("reshape")(value, nb::make_tuple(1, -1));
+  const std::vector<double> given = numbers_argument(flat, "distortion", 1, -1);
+  const bool surplus =
+      std::any_of(given.begin() + static_cast<std::ptrdiff_t>(std::min(given.size(), distortion.size())), given.end(),
+                  [](double coefficient) { return coefficient != 0; });
+  if (surplus) {
+    throw nb::value_error("distortion: only OpenCV's k1 k2 p1 p2 k3 k4 k5 k6 are known; further ones must be zero");
+  }
+  std::copy_n(given.begin(), std::min(given.size(), distortion.size()), distortion.begin());
+  return distortion;
+}
+
+Camera checked(const Camera& camera) {
+  camera.validate();
+  return camera;
+}
+
+Camera from_matrix(nb::object matrix, int width, int height, nb::object distortion) {
+  const std::vector<double> k = numbers_argument(matrix, "matrix", 3, 3);
+  return checked({width, height, k[0], k[4], k[2], k[5], distortion_argument(distortion)});
+}
+
+Camera load(const std::filesystem::path& path, std::optional<int> width, std::optional<int> height, bool rescale) {
+  const Camera camera = io::load_camera(path);
+  if (width && height) return io::camera_for_frames(camera, *width, *height, rescale);
+  if (camera.width == 0) {
+    throw Error(ErrorCode::camera, "'" + path.string() + "' names no size of the frames: give width and height");
+  }
+  return camera;
+}
+
+Numpy<double, nb::shape<3, 3>> matrix_of(const Camera& camera) {
+  Eigen::Matrix3d matrix;
+  matrix << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+  return matrix_array<Numpy<double, nb::shape<3, 3>>>(matrix);
+}
+
+using Pixels = Numpy<double, nb::shape<-1, 2>>;
+
+Pixels project(const Camera& camera, nb::object points, bool distorted) {
+  const std::vector<double> p = numbers_argument(points, "points", -1, 3);
+  std::vector<double> pixels;
+  pixels.reserve(p.size() / 3 * 2);
+  for (std::size_t i = 0; i < p.size(); i += 3) {
+    Eigen::Vector2d pixel = camera.project({p[i], p[i + 1], p[i + 2]});
+    if (distorted) pixel = camera.distort(pixel);
+    pixels.insert(pixels.end(), {pixel.x(), pixel.y()});
+  }
+  const std::size_t count = pixels.size() / 2;
+  return owned_array<Pixels>(std::move(pixels), {count, 2});
+}
+
+Pixels distort(const Camera& camera, nb::object given) {
+  std::vector<double> pixels = numbers_argument(given, "pixels", -1, 2);
+  for (std::size_t i = 0; i < pixels.size(); i += 2) {
+    const Eigen::Vector2d pixel = camera.distort({pixels[i], pixels[i + 1]});
+    pixels[i] = pixel.x();
+    pixels[i + 1] = pixel.y();
+  }
+  const std::size_t count = pixels.size() / 2;
+  return owned_array<Pixels>(std::move(pixels), {count, 2});
+}
+
+std::string text_of(const Camera& camera) {
+  std::ostringstream text;
+  text << "Camera(fx=" << camera.fx << ", fy=" << camera.fy << ", cx=" << camera.cx << ", cy=" << camera.cy
+       << ", width=" << camera.width << ", height=" << camera.height
+       << (camera.has_distortion() ? ", distortion=...)" : ")");
+  return text.str();
+}
+
+}  // namespace
+
+void bind_camera(nb::module_& module) {
+  nb::class_<Camera>(
+      module, "Camera",
+      "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
+      "centres are at integers.")
+      .def(
+          "__init__",
+          [](Camera* self, double fx, double fy, double cx, double cy, int width, int height, nb::object distortion) {
+            new (self) Camera(checked({width, height, fx, fy, cx, cy, distortion_argument(distortion)}));
+          },
+          nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"), nb::arg("width"), nb::arg("height"),
+          nb::arg("distortion") = nb::none(),
+          nb::sig("def __init__(self, fx: float, fy: float, cx: float, cy: float, width: int, height: int, distortion: "
+                  "numpy.typing.ArrayLike | None = None) -> None"),
+          "Focal lengths, principal point and size in pixels. `distortion`: OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, or the "
+          "first 4 or 5 of them, in any shape.")
+      .def_static("from_matrix", &from_matrix, nb::arg("matrix"), nb::arg("width"), nb::arg("height"),
+                  nb::arg("distortion") = nb::none(),
+                  nb::sig("def from_matrix(matrix: numpy.typing.ArrayLike, width: int, height: int, distortion: "
+                          "numpy.typing.ArrayLike | None = None) -> Camera"),
+                  "A camera of a 3x3 matrix and distortion as cv2.calibrateCamera returns them.")
+      .def_static(
+          "load", &load, nb::arg("path"), nb::arg("width") = nb::none(), nb::arg("height") = nb::none(),
+          nb::arg("rescale") = false,
+          "Reads a calibration of OpenCV (YAML, JSON, XML) or ROS, or a text 'fx fy cx cy', which needs width and "
+          "height. `rescale`: width and height are the same view at another size.")
+      .def(
+          "save", [](const Camera& camera, const std::filesystem::path& path) { io::save_camera(path, camera); },
+          nb::arg("path"), "Writes an OpenCV calibration (.yml, .yaml, .json or .xml).")
+      .def_ro("fx", &Camera::fx, "Focal length, pixels.")
+      .def_ro("fy", &Camera::fy, "Focal length, pixels.")
+      .def_ro("cx", &Camera::cx, "Principal point, pixels.")
+      .def_ro("cy", &Camera::cy, "Principal point, pixels.")
+      .def_ro("width", &Camera::width, "Pixels.")
+      .def_ro("height", &Camera::height, "Pixels.")
+      .def_prop_ro(
+          "distortion",
+          [](const Camera& camera) {
+            return owned_array<Numpy<double, nb::shape<8>>>(
+                std::vector<double>(camera.distortion.begin(), camera.distortion.end()), {8});
+          },
+          "OpenCV's k1 k2 p1 p2 k3 k4 k5 k6.", kNewArray)
+      .def_prop_ro("matrix", &matrix_of, "The 3x3 camera matrix.", kNewArray)
+      .def("rescaled", &Camera::rescaled, nb::arg("width"), nb::arg("height"),
+           "The same camera for frames of another size.")
+      .def("project", &project, nb::arg("points"), nb::arg("distorted") = true,
+           nb::sig("def project(self, points: numpy.typing.ArrayLike, distorted: bool = True) -> "
+                   "numpy.typing.NDArray[numpy.float64]"),
+           "Pixels (Nx2) of points in the camera frame (Nx3, metres, z > 0), of the recorded frame or, with "
+           "distorted=False, of the ideal pinhole image.")
+      .def("distort", &distort, nb::arg("pixels"),
+           nb::sig("def distort(self, pixels: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+           "Pixels (Nx2) of the recorded frame where pixels of the ideal pinhole image (Nx2) are seen.")
+      .def("__eq__",
+           [](const Camera& a, nb::object other) {
+             if (!nb::isinstance<Camera>(other)) return false;
+             const Camera& b = nb::cast<const Camera&>(other);
+             return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
+                    a.cy == b.cy && a.distortion == b.distortion;
+           })
+      .def("__repr__", &text_of);
+}
+
+}  // namespace holdfast::python

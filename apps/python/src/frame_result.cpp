@@ -1,0 +1,140 @@
+#include <nanobind/stl/string.h>
+
+#include <string>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "holdfast/tracker.hpp"
+
+namespace holdfast::python {
+namespace {
+
+std::string text_of(const FrameResult& result) {
+  const Eigen::Vector3d t = result.T_camera_object.translation();
+  std::string text = result.status == Status::held ? "<FrameResult held" : "<FrameResult lost";
+  text += " at [" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ", " + std::to_string(t.z()) + "] m";
+  return text + (result.message.empty() ? ">" : ": " + result.message + ">");
+}
+
+void bind_enums(nb::module_& module) {
+  nb::enum_<PixelFormat>(module, "PixelFormat", "Byte layouts of frames.")
+      .value("bgr8", PixelFormat::bgr8, "HxWx3, as OpenCV reads pictures.")
+      .value("rgb8", PixelFormat::rgb8, "HxWx3.")
+      .value("rgba8", PixelFormat::rgba8, "HxWx4, alpha ignored.")
+      .value("grey8", PixelFormat::grey8, "HxW.")
+      .value("nv12", PixelFormat::nv12, "(3/2 H)xW: Y, then U and V interleaved at half the size.")
+      .value("yuyv", PixelFormat::yuyv, "HxWx2.");
+  nb::enum_<Status>(module, "Status", "Whether the object is followed.")
+      .value("held", Status::held, "The pose is found in this frame.")
+      .value("lost", Status::lost, "The pose is a guess; the next frames look for the object.");
+  nb::enum_<Reason>(module, "Reason", "Why an object is lost, or hard to hold.")
+      .value("none", Reason::none, "All is well.")
+      .value("out_of_view", Reason::out_of_view, "It is not in the picture, or found nowhere in it.")
+      .value("occluded", Reason::occluded, "Something hides most of it.")
+      .value("too_fast", Reason::too_fast, "It moves faster than can be followed, or is blurred by it.")
+      .value("no_evidence", Reason::no_evidence, "Neither texture nor a contour that stands out.")
+      .value("low_evidence", Reason::low_evidence, "Less agrees than should, and nothing seen in front explains it.")
+      .value("ambiguous", Reason::ambiguous, "Another pose fits as well, or a turn does not show.")
+      .value("not_surely_found", Reason::not_surely_found, "Lost before, and not surely found again.")
+      .value("light_changed", Reason::light_changed, "The light has changed.");
+  nb::enum_<PixelClass>(module, "PixelClass", nb::is_arithmetic(), "What became of a pixel: values of Tracker.mask().")
+      .value("not_visible", PixelClass::not_visible, "The object does not cover it.")
+      .value("unusable", PixelClass::unusable,
+             "Covered, but of unknown texture, at the silhouette or outside the frame.")
+      .value("no_gradient", PixelClass::no_gradient, "Too little gradient in the rendered view or the frame.")
+      .value("rejected_angle", PixelClass::rejected_angle, "Gradients point apart.")
+      .value("rejected_magnitude", PixelClass::rejected_magnitude, "Gradients differ too much.")
+      .value("rejected_vote", PixelClass::rejected_vote, "Passed, but most of its neighbourhood did not.")
+      .value("used", PixelClass::used, "Decided the pose.");
+}
+
+void bind_evidence(nb::module_& module) {
+  nb::class_<TextureEvidence>(module, "TextureEvidence", "What the texture said of the pose.")
+      .def_ro("asked", &TextureEvidence::asked, "It was compared on the finest level.")
+      .def_ro("holds", &TextureEvidence::holds, "It would be enough alone to hold the object.")
+      .def_ro("visible_pixels", &TextureEvidence::visible_pixels, "Of the rendered object inside the frame.")
+      .def_ro("usable_pixels", &TextureEvidence::usable_pixels,
+              "Of those looked at: known texture, off the silhouette.")
+      .def_ro("gradient_pixels", &TextureEvidence::gradient_pixels, "Of these, with a gradient.")
+      .def_ro("passed_pixels", &TextureEvidence::passed_pixels, "Of these, passing the occlusion tests.")
+      .def_ro("used_pixels", &TextureEvidence::used_pixels, "Of these, those that decided the pose.")
+      .def_ro("rows", &TextureEvidence::rows, "Constraints.")
+      .def_ro("residual", &TextureEvidence::residual,
+              "Root of the weighted mean squared residual, intensity in [0, 1].")
+      .def_ro("correlation", &TextureEvidence::correlation, "Of the rendered view and the frame, [-1, 1].")
+      .def_prop_ro("inlier_ratio", &TextureEvidence::inlier_ratio, "Share of the gradient pixels that agree.");
+  nb::class_<ContourEvidence>(module, "ContourEvidence", "What the contour said of the pose.")
+      .def_ro("asked", &ContourEvidence::asked, "It was compared on the finest level.")
+      .def_ro("holds", &ContourEvidence::holds, "It would be enough alone to hold the object.")
+      .def_ro("visible_pixels", &ContourEvidence::visible_pixels, "Of the frame, inside the silhouette.")
+      .def_ro("lines", &ContourEvidence::lines, "Across the contour, inside the frame.")
+      .def_ro("telling_lines", &ContourEvidence::telling_lines, "Of these, where the colours of both sides differ.")
+      .def_ro("near_lines", &ContourEvidence::near_lines, "Of these, with the edge next to the contour.")
+      .def_ro("agreement", &ContourEvidence::agreement, "Of colours with the contour over the near lines, [-1, 1].")
+      .def_ro("residual", &ContourEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
+      .def_prop_ro("score", &ContourEvidence::score, "Agreement times the share of lines whose edge is there.");
+}
+
+}  // namespace
+
+void bind_frame_result(nb::module_& module) {
+  bind_enums(module);
+  bind_evidence(module);
+  nb::class_<StageTimes>(module, "StageTimes", "Milliseconds of one frame, by stage.")
+      .def_ro("upload", &StageTimes::upload)
+      .def_ro("render", &StageTimes::render)
+      .def_ro("filter", &StageTimes::filter)
+      .def_ro("search", &StageTimes::search)
+      .def_ro("solve", &StageTimes::solve)
+      .def_ro("contour", &StageTimes::contour, "Part of the others.")
+      .def_ro("total", &StageTimes::total);
+
+  nb::class_<FrameResult>(module, "FrameResult", "Where the object is in a frame, and how sure that is.")
+      .def_prop_ro(
+          "T_camera_object", [](const FrameResult& result) { return pose_array(result.T_camera_object); },
+          "Pose, 4x4: maps points of the object's frame to the camera's (x right, y down, z forward), metres. A guess "
+          "where the object is lost.",
+          kNewArray)
+      .def_ro("status", &FrameResult::status, "Status.held or Status.lost.")
+      .def_prop_ro(
+          "held", [](const FrameResult& result) { return result.status == Status::held; },
+          "Whether status is Status.held.")
+      .def_ro("reason", &FrameResult::reason, "Why the object is lost or hard to hold; Reason.none: all is well.")
+      .def_ro("message", &FrameResult::message, "The same in words; '' when all is well.")
+      .def_ro("texture", &FrameResult::texture, nb::rv_policy::reference_internal, "What the texture said.")
+      .def_ro("contour", &FrameResult::contour, nb::rv_policy::reference_internal, "What the contour said.")
+      .def_prop_ro("visible_pixels", &FrameResult::visible_pixels, "Of the frame that the object covers.")
+      .def_ro("iterations", &FrameResult::iterations, "Solved systems, all levels.")
+      .def_prop_ro(
+          "covariance", [](const FrameResult& result) { return matrix_array<Numpy6x6>(result.covariance); },
+          "6x6, of the twist (v, w), metres and radians, in T_true = T_camera_object exp((v, w)): object axes, "
+          "rotation "
+          "about the object's origin. Zero where nothing tells the pose.",
+          kNewArray)
+      .def_prop_ro(
+          "information", [](const FrameResult& result) { return matrix_array<Numpy6x6>(result.information); },
+          "Inverse of covariance, 6x6. Zero where nothing tells the pose.", kNewArray)
+      .def_ro("ms", &FrameResult::ms, "Milliseconds, by stage.")
+      .def("__repr__", &text_of);
+
+  nb::class_<RenderedView>(module, "RenderedView", "The model drawn as a frame was compared with it.")
+      .def_prop_ro(
+          "rgba",
+          [](const RenderedView& view) {
+            return owned_array<Numpy<std::uint8_t, nb::shape<-1, -1, 4>>>(
+                view.rgba, {static_cast<std::size_t>(view.height), static_cast<std::size_t>(view.width), 4});
+          },
+          "HxWx4 uint8; alpha 0 where nothing or nothing known is drawn.", kNewArray)
+      .def_prop_ro(
+          "depth",
+          [](const RenderedView& view) {
+            return owned_array<Numpy<float, nb::shape<-1, -1>>>(
+                view.depth, {static_cast<std::size_t>(view.height), static_cast<std::size_t>(view.width)});
+          },
+          "HxW float32, metres along the optical axis; 0 where nothing is drawn.", kNewArray)
+      .def_prop_ro(
+          "T_camera_object", [](const RenderedView& view) { return pose_array(view.T_camera_object); },
+          "Pose that it is drawn at, 4x4.", kNewArray);
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,134 @@
+#include "tracker.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "texture_argument.hpp"
+#include "tracker_options.hpp"
+
+namespace holdfast::python {
+
+TrackerOptions options_of_mode(const std::string& mode) {
+  if (mode == "standard" || mode == "default") return {};
+  if (mode == "fast") return TrackerOptions::fast();
+  if (mode == "paper") return TrackerOptions::paper();
+  throw nb::value_error(("mode: expected standard, fast or paper, got '" + mode + "'").c_str());
+}
+
+namespace {
+
+FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optional<PixelFormat> format) {
+  FrameArgument frame = frame_argument(value, "frame", format);
+  const Camera& camera = self.tracker.camera();
+  if (frame.view.width != camera.width || frame.view.height != camera.height) {
+    throw nb::value_error(("frame: the camera has " + std::to_string(camera.height) + " rows and " +
+                           std::to_string(camera.width) + " columns, got " + described(value))
+                              .c_str());
+  }
+  return frame;
+}
+
+void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
+               const nb::dict& given, const std::optional<Device>& device) {
+  TrackerOptions options = options_of_mode(mode);
+  set_fields(options, given);
+  const nb::gil_scoped_release released;
+  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), {}};
+}
+
+void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional<double> time,
+           std::optional<PixelFormat> format) {
+  const Pose T_camera_object = pose_argument(pose, "T_camera_object");
+  if (frame.is_none()) {
+    unlocked(self, [&](Tracker& tracker) { tracker.reset(T_camera_object); });
+    return;
+  }
+  const FrameArgument given = frame_of(self, frame, format);
+  unlocked(self, [&](Tracker& tracker) { tracker.reset(T_camera_object, given.view, time); });
+}
+
+FrameResult track(SharedTracker& self, nb::object frame, std::optional<double> time,
+                  std::optional<PixelFormat> format) {
+  const FrameArgument given = frame_of(self, frame, format);
+  return unlocked(self, [&](Tracker& tracker) { return tracker.track(given.view, time); });
+}
+
+FrameResult refine(SharedTracker& self, nb::object frame, nb::object pose, std::optional<PixelFormat> format) {
+  const FrameArgument given = frame_of(self, frame, format);
+  const Pose T_camera_object = pose_argument(pose, "T_camera_object");
+  return unlocked(self, [&](Tracker& tracker) { return tracker.refine(given.view, T_camera_object); });
+}
+
+Numpy<std::uint8_t, nb::shape<-1, -1>> mask(const SharedTracker& self) {
+  PixelMask mask = unlocked(self, [](const Tracker& tracker) { return tracker.pixel_mask(); });
+  return owned_array<Numpy<std::uint8_t, nb::shape<-1, -1>>>(
+      std::move(mask.classes), {static_cast<std::size_t>(mask.height), static_cast<std::size_t>(mask.width)});
+}
+
+RenderedView rendered_view(const SharedTracker& self) {
+  return unlocked(self, [](const Tracker& tracker) { return tracker.rendered_view(); });
+}
+
+void set_texture(SharedTracker& self, std::size_t material, nb::object image) {
+  const Texture texture = texture_argument(image, "image");
+  unlocked(self, [&](Tracker& tracker) { tracker.set_texture(material, texture); });
+}
+
+}  // namespace
+
+void bind_tracker(nb::module_& module) {
+  module.def(
+      "default_options", [](const std::string& mode) { return fields_dict(options_of_mode(mode)); },
+      nb::arg("mode") = "standard", nb::sig("def default_options(mode: str = 'standard') -> dict[str, typing.Any]"),
+      "Names and values of the options that a mode has: standard, fast or paper.");
+
+  nb::class_<SharedTracker>(module, "Tracker")
+      .def("__init__", &construct, nb::arg("mesh"), nb::arg("camera"), nb::arg("mode"), nb::arg("options"),
+           nb::arg("device") = nb::none())
+      .def(
+          "reset", &reset, nb::arg("T_camera_object"), nb::arg("frame") = nb::none(), nb::arg("time") = nb::none(),
+          nb::arg("format") = nb::none(),
+          nb::sig("def reset(self, T_camera_object: numpy.typing.ArrayLike, frame: numpy.typing.NDArray[numpy.uint8] | "
+                  "None = None, time: float | None = None, format: PixelFormat | None = None) -> None"),
+          "Sets the pose (4x4, object to camera, metres) that the next frame starts from, at rest; forgets velocity "
+          "and light. frame, time, format: of the frame that this is exactly the pose in, where there is one: colours "
+          "and light are learned from it; see track().")
+      .def("track", &track, nb::arg("frame"), nb::arg("time") = nb::none(), nb::arg("format") = nb::none(),
+           nb::sig("def track(self, frame: numpy.typing.NDArray[numpy.uint8], time: float | None = None, format: "
+                   "PixelFormat | None = None) -> FrameResult"),
+           "Finds the object in the next frame.\n\n"
+           "frame: uint8 of the camera's size: HxWx3 (BGR, as OpenCV has it), HxWx4 (RGBA) or HxW (grey). Rows may be "
+           "apart (a view of a larger picture); the frame is not copied. format: where it is another one, for example "
+           "PixelFormat.rgb8.\n"
+           "time: seconds, of the frame, later than the one before; None: frames come evenly. After a reset all frames "
+           "have a time, or none has.\n\n"
+           "Raises TypeError or ValueError for an array of another kind or shape, Error(invalid_argument) before the "
+           "first reset(). A lost object is no error: see FrameResult.status.")
+      .def("refine", &refine, nb::arg("frame"), nb::arg("T_camera_object"), nb::arg("format") = nb::none(),
+           nb::sig("def refine(self, frame: numpy.typing.NDArray[numpy.uint8], T_camera_object: "
+                   "numpy.typing.ArrayLike, format: PixelFormat | None = None) -> FrameResult"),
+           "As track(), from the pose given (4x4, metres), without prediction or search. What track() finds next stays "
+           "the same.")
+      .def("mask", &mask, "HxW uint8, values of PixelClass: what became of each pixel of the last frame.")
+      .def("rendered_view", &rendered_view, "The view that the last frame was compared with.")
+      .def("set_texture", &set_texture, nb::arg("material"), nb::arg("image"),
+           nb::sig("def set_texture(self, material: int, image: numpy.typing.NDArray[numpy.uint8]) -> None"),
+           "Replaces a material's texture (as Mesh's image) from the next frame on.")
+      .def_prop_ro(
+          "camera", [](const SharedTracker& self) { return self.tracker.camera(); }, "The camera of the frames.")
+      .def_prop_ro(
+          "options", [](const SharedTracker& self) { return fields_dict(self.tracker.options()); },
+          nb::sig("def options(self) -> dict[str, typing.Any]"), "The options in use.")
+      .def_prop_ro(
+          "description", [](const SharedTracker& self) { return self.tracker.description(); },
+          "Device and renderer in words.");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "holdfast/mesh.hpp"
+#include "holdfast/pose.hpp"
+
+namespace holdfast::app {
+
+/// Another way in which a pose may have been meant.
+struct PoseReading {
+  std::string name;  ///< "in OpenGL's axes (...)"
+  Pose T_camera_object = Pose::Identity();
+};
+
+/// What other programs' conventions would make of the numbers: OpenGL's axes, whole or half converted, camera to
+/// object, a model with another axis up.
+std::vector<PoseReading> other_readings(const Pose& T_camera_object);
+
+/// Throws Error(pose), with what may have been meant, where the object is not in front of the camera.
+void require_in_front(const Mesh& mesh, const Pose& T_camera_object);
+
+/// Where the first frame is lost under the pose given: the first other reading under which `is_held` finds the object.
+std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held);
+
+}  // namespace holdfast::app
