@@ -21,6 +21,9 @@ add_test(NAME consumer_cmake COMMAND ${SHELL_PROGRAM} ${consumer}/with_cmake.sh
 add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_config.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_pkg_config ${CMAKE_CXX_COMPILER})
 set_tests_properties(installed_program consumer_cmake consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
+foreach(library holdfast holdfast_io)
+  file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/objects/${library}
+    CONTENT "$<JOIN:$<TARGET_OBJECTS:${library}>,\n>\n")
+endforeach()
 add_test(NAME consumer_shared COMMAND ${SHELL_PROGRAM} ${consumer}/shared.sh
   ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${CMAKE_CURRENT_BINARY_DIR}/shared ${CMAKE_CXX_COMPILER})
-set_tests_properties(consumer_shared PROPERTIES TIMEOUT 900 PROCESSORS 2)

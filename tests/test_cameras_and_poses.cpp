@@ -72,7 +72,7 @@ TEST_CASE("Cameras: ROS camera_info") {
   CHECK(camera.distortion == kFive);
   camera = io::load_camera(ros("rational_polynomial", "1, 2, 3, 4, 5, 6, 7, 8"));
   CHECK(camera.distortion == std::array<double, 8>{1, 2, 3, 4, 5, 6, 7, 8});
-  CHECK_ERROR(io::load_camera(ros("equidistant", "1, 2, 3, 4")), ErrorCode::camera, "ros.yaml", "equidistant",
+  CHECK_ERROR(io::load_camera(ros("fov", "1, 2, 3, 4")), ErrorCode::camera, "ros.yaml", "distortion model 'fov'",
               "not supported");
   CHECK_ERROR(io::load_camera(ros("plumb_bob", "1, 2, 3")), ErrorCode::camera, "3 distortion coefficients");
   CHECK_ERROR(io::load_camera(ros("plumb_bob", "1, 2, 3, x")), ErrorCode::camera, "not a number");
@@ -89,6 +89,87 @@ TEST_CASE("Cameras: lists, single numbers, text") {
   check_camera(load("# fx fy cx cy\n661.5 662.25 318.75 241\n"), 0, 0);
   check_camera(load("661.5, 662.25, 318.75, 241"), 0, 0);
   check_camera(load("661.5 0 318.75\n0 662.25 241\n0 0 1\n"), 0, 0);
+}
+
+TEST_CASE("Cameras: fisheyes under every name, Kalibr's chain") {
+  const TemporaryFolder folder;
+  const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.yaml", text)); };
+  const std::array<double, 8> four{0.1, -0.02, 0.003, -0.0004, 0, 0, 0, 0};
+  const std::string rest =
+      "image_width: 640\nimage_height: 480\ncamera_matrix: [661.5, 0, 318.75, 0, 662.25, 241, 0, 0, "
+      "1]\ndistortion_coefficients: [0.1, -0.02, 0.003, -0.0004]\n";
+  for (const char* name : {"distortion_model: equidistant", "distortion_model: fisheye", "camera_model: fisheye",
+                           "camera_model: fisheye\ndistortion_model: plumb_bob", "fisheye_model: 1", "fisheye: true",
+                           "model_type: KANNALA_BRANDT", "camera_model: pinhole\ndistortion_model: equidistant"}) {
+    CAPTURE(name);
+    const Camera camera = load(std::string(name) + "\n" + rest);
+    check_camera(camera, 640, 480);
+    CHECK(camera.lens == LensModel::fisheye);
+    CHECK(camera.distortion == four);
+    CHECK(camera.has_distortion());
+  }
+  CHECK(load(rest).lens == LensModel::polynomial);
+  const std::string chain =
+      "cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n  distortion_coeffs: [0.1, -0.02, 0.003, -0.0004]\n  "
+      "distortion_model: equidistant\n  intrinsics: [661.5, 662.25, 318.75, 241]\n  resolution: [640, 480]\n  "
+      "rostopic: "
+      "/cam0\n";
+  check_camera(load(chain), 640, 480);
+  CHECK(load(chain).lens == LensModel::fisheye);
+  std::string radtan = chain;
+  radtan.replace(radtan.find("equidistant"), 11, "radtan");
+  CHECK(load(radtan).lens == LensModel::polynomial);
+  CHECK(load(radtan).distortion == four);
+  std::string second = chain;
+  second.replace(0, 4, "cam1");
+  CHECK_ERROR(load(chain + second), ErrorCode::camera, "several cameras");
+
+  const Camera camera = load("fisheye: 1\n" + rest);
+  for (const char* name : {"f.yml", "f.json", "f.xml"}) {
+    io::save_camera(folder / name, camera);
+    CHECK(io::load_camera(folder / name).lens == LensModel::fisheye);
+    CHECK(io::load_camera(folder / name).distortion == camera.distortion);
+  }
+}
+
+TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
+  const TemporaryFolder folder;
+  const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.yaml", text)); };
+  const std::string matrix = "camera_matrix: [661.5, 0, 318.75, 0, 662.25, 241, 0, 0, 1]\n";
+  for (const char* size : {"imageSize_width: 640\nimageSize_height: 480\n", "image_size: {width: 640, height: 480}\n",
+                           "resolution: [640, 480]\n", "img_width: 640\nimg_height: 480\n"}) {
+    CAPTURE(size);
+    check_camera(load(size + matrix), 640, 480);
+  }
+  const std::string ros = "image_width: 640\nimage_height: 480\n" + matrix;
+  check_camera(load(ros + "binning_x: 0\nbinning_y: 1\nroi: {x_offset: 0, y_offset: 0, width: 0, height: 0}\n"), 640,
+               480);
+  // What a pixel of the whole picture shows, a binned one of the cut picture shows at the place that is left of it.
+  const Camera camera =
+      load(ros + "binning_x: 2\nbinning_y: 4\nroi: {x_offset: 100, y_offset: 40, width: 400, height: 320}\n");
+  CHECK(camera.width == 200);
+  CHECK(camera.height == 80);
+  const Camera whole = load(ros);
+  const Eigen::Vector3d point(0.03, -0.02, 0.6);
+  const Eigen::Vector2d before = whole.project(point), after = camera.project(point);
+  CHECK(after.x() == doctest::Approx((before.x() + 0.5 - 100) / 2 - 0.5));
+  CHECK(after.y() == doctest::Approx((before.y() + 0.5 - 40) / 4 - 0.5));
+}
+
+TEST_CASE("A principal point far from the middle is told, and frames that are turned") {
+  const auto warning = [](double cx, double cy) {
+    return io::camera_warning({640, 480, 600, 600, cx, cy, {}}).value_or("");
+  };
+  CHECK(warning(319.5, 239.5).empty());
+  CHECK(warning(350, 210).empty());
+  for (const auto& [cx, cy] : {std::pair{640.0, 480.0}, {0.0, 0.0}, {160.0, 240.0}, {320.0, 400.0}}) {
+    CAPTURE(cx);
+    CHECK(warning(cx, cy).find("principal point") != std::string::npos);
+  }
+  CHECK_FALSE(io::camera_warning({0, 0, 600, 600, 1e3, 1e3, {}}));
+  const Camera calibrated{640, 480, 600, 600, 319.5, 239.5, {}};
+  CHECK_ERROR(io::camera_for_frames(calibrated, 480, 640, false), ErrorCode::camera, "480x640", "640x480", "turned");
+  CHECK_ERROR(io::camera_for_frames(calibrated, 1080, 1440, true), ErrorCode::camera, "turned");
 }
 
 TEST_CASE("Cameras that cannot be used: one line that names the file and the fault") {
@@ -110,7 +191,10 @@ TEST_CASE("Cameras that cannot be used: one line that names the file and the fau
   CHECK_ERROR(load("600 600 nan 240"), ErrorCode::camera, "bad.yml");
   CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\nimage_width: 640.5\nimage_height: 480"), ErrorCode::camera, "640.5",
               "pixels");
-  CHECK_ERROR(load("fisheye_model: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "fisheye", "not supported");
+  CHECK_ERROR(load("camera_model: omni\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "camera model 'omni'",
+              "not supported");
+  CHECK_ERROR(load("fisheye_model: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [0.1, 0, 0, 0, 0]"), ErrorCode::camera,
+              "5 distortion coefficients", "k1 k2 k3 k4");
   CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [0,0,0,0,0,0,0,0,0.5,0,0,0]"), ErrorCode::camera, "thin prism");
   CHECK(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [1,0,0,0,0,0,0,0,0,0,0,0]").distortion[0] == 1);
 }
@@ -189,6 +273,25 @@ TEST_CASE("Poses: matrices in any line layout and TUM") {
   io::save_pose(folder / "saved.txt", expected);
   CHECK(io::load_pose(folder / "saved.txt").isApprox(expected, 1e-15));
   CHECK_ERROR(io::save_pose(folder / "no/such/p.txt", expected), ErrorCode::output, "cannot be written");
+}
+
+TEST_CASE("Poses of six numbers: OpenCV's rvec and tvec, ViSP's the other way round") {
+  const TemporaryFolder folder;
+  const auto load = [&folder](const std::string& text) { return io::load_pose(folder.write("p.txt", text)); };
+  Pose expected = Pose::Identity();
+  expected.linear() = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  expected.translation() << 0.1, -0.2, 0.7;
+  for (const char* text : {"0 0 1.5707963267949 0.1 -0.2 0.7\n", "[0, 0, 1.5707963267949]\n[0.1, -0.2, 0.7]\n",
+                           "0.1\n-0.2\n0.7\n0\n0\n1.5707963267949\n",  // vpPoseVector, a number a line
+                           "0 0 1.5707963267949 0.1 -0.2 0.7\n0 0 0 0 0 1\n0 0 0 0 0 2\n"}) {
+    CAPTURE(text);
+    CHECK((load(text).matrix() - expected.matrix()).norm() < 1e-9);
+  }
+  CHECK(load("0 0 0 0.1 0.2 0.3").linear().isIdentity());
+  CHECK_ERROR(load("0 0 90 0.1 -0.2 0.7"), ErrorCode::pose, "p.txt", "rotation vector", "degrees");
+  const std::vector<Pose> poses = io::load_poses(folder.write("all.txt", "0 0 0 0 0 1\n0 0 0 0 0 2\n"));
+  REQUIRE(poses.size() == 2);
+  CHECK(poses[1].translation().z() == 2);
 }
 
 TEST_CASE("Rotations of few digits become rotations") {

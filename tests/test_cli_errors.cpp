@@ -139,10 +139,11 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
   check_fails(kUsage, {"track", "frames", "--modle", "box.obj"}, {"no option '--modle'", "did you mean '--model'?"});
   check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});
-  check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper|published"});
-  check_fails(kUsage, track({{"--blur-sigma", "-1"}}), {"--blur-sigma", "[0, 2.6]"});
+  check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper"});
+  check_fails(kUsage, track({{"--search-radius", "-1"}}), {"--search-radius", "[0, 512]"});
   check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no option '--no-such-option' (see", "track --help"});
-  check_fails(kUsage, track({{"--blur-sgima=1", ""}}), {"no option '--blur-sgima'", "did you mean '--blur-sigma'?"});
+  check_fails(kUsage, track({{"--serach-radius=1", ""}}),
+              {"no option '--serach-radius'", "did you mean '--search-radius'?"});
   check_fails(kUsage, track({{"--model-scale", "0"}}), {"scale"});
   check_fails(kUsage, track({{"--stride", "0"}}), {"stride"});
   check_fails(kUsage, track({{"--frame-rate", "0"}}), {"--frame-rate", "0 must be more than 0"});
@@ -193,12 +194,13 @@ TEST_CASE("Options that would do nothing are refused") {
 
   refused(track({}), {"--contact-frames", "5"}, "without --contact-sheet");
   refused(track({}), {"--recovery", "--mode", "paper"}, "beside --mode paper");
-  refused(track({}), {"--all-channels", "--no-gradient-test"}, "without --gradient-test");
+  refused(track({}), {"--gradient-minimum", "0.1", "--no-gradient-test"}, "without --gradient-test");
   refused(track({}), {"--angle-maximum", "0.3", "--no-angle-test"}, "without --angle-test");
-  refused(track({}), {"--compare-magnitudes", "--no-magnitude-test"}, "without --magnitude-test");
+  refused(track({}), {"--difference-maximum", "0.1"}, "without --magnitude-test");
   refused(track({}), {"--vote-share", "0.5", "--no-block-vote"}, "without --block-vote");
   refused(track({}), {"--redundancy-cosine", "0.8"}, "without --redundancy");
-  refused(track({}), {"--search-radius", "9", "--no-correlation-search"}, "without --correlation-search");
+  refused(track({}), {"--recovery-budget", "9", "--no-recovery"}, "without --recovery");
+  refused(track({}), {"--search-radius", "9", "--ablate", "shift_search"}, "beside --ablate shift_search");
   refused(init({}), {"--frame", "1"}, "without --image");
   refused(init({}), {"--rescale-camera"}, "without --image");
   refused({"init", "--points", "pairs.csv", "--image", "frames", "--estimate-focal"}, {"--rescale-camera"},
@@ -225,7 +227,7 @@ TEST_CASE("Options that would do nothing are refused") {
   evaluate({"--truth", "first.txt"}, "without --poses");
   evaluate({"--partial"}, "without --poses");
   for (const Arguments& tracking : {Arguments{"--protocol", "rbot"}, Arguments{"--step", "2"},
-                                    Arguments{"--start-seed", "2"}, Arguments{"--blur-sigma", "2"}}) {
+                                    Arguments{"--start-seed", "2"}, Arguments{"--search-radius", "2"}}) {
     evaluate({tracking[0], tracking[1], "--poses", "first.txt", "--truth", "first.txt"}, "beside --poses");
   }
   for (const std::string option : {"--model", "--model-scale"}) {
@@ -290,10 +292,10 @@ TEST_CASE("Cameras") {
   check_fails(kInput, track({{"--camera", "none.yml"}}), {"none.yml", "does not exist"});
   write("bad.yml", "camera_matrix: [1, 2");
   check_fails(kInput, track({{"--camera", "bad.yml"}}), {"bad.yml", "YAML"});
-  write("fisheye.yml",
+  write("fov.yml",
         "image_width: 320\nimage_height: 240\ncamera_matrix: [325,0,160,0,325,120,0,0,1]\n"
-        "distortion_model: equidistant\ndistortion_coefficients: [0,0,0,0]\n");
-  check_fails(kInput, track({{"--camera", "fisheye.yml"}}), {"fisheye.yml", "equidistant", "not supported"});
+        "distortion_model: fov\ndistortion_coefficients: [0,0,0,0]\n");
+  check_fails(kInput, track({{"--camera", "fov.yml"}}), {"fov.yml", "fov", "not supported"});
   write("large.yml", "image_width: 640\nimage_height: 480\ncamera_matrix: [650,0,319.5,0,650,239.5,0,0,1]\n");
   check_fails(kInput, track({{"--camera", "large.yml"}}), {"640x480", "320x240", "--rescale-camera"});
   check_fails(kInput, {"simulate", "not_made", "--camera", "camera.yml", "--size", "640x480"}, {"640x480", "320x240"});

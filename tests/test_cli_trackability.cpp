@@ -29,8 +29,9 @@ evaluation::FrameRecord frame(Status status, double depth_mm) {
   evaluation::FrameRecord record;
   record.result.status = status;
   record.result.T_camera_object.translation().z() = 1e-3 * depth_mm;
-  record.result.usable_pixels = 800;
-  record.result.gradient_pixels = 200;
+  record.result.texture.usable_pixels = 800;
+  record.result.texture.gradient_pixels = 200;
+  record.result.texture.holds = true;
   record.result.ms.total = 2;
   record.error = evaluation::pose_error(Pose::Identity(), record.result.T_camera_object);
   return record;
@@ -117,7 +118,7 @@ TEST_CASE("simulate --report: a printed box nearby is held; it needs no folder a
   CHECK(std::filesystem::is_empty(folder.path()));
 }
 
-TEST_CASE("simulate --report: a plain box is, by its outline, which is said; the frames are kept where asked for") {
+TEST_CASE("simulate --report: a plain box is, by its contour, which is said; the frames are kept where asked for") {
   const TemporaryFolder folder;
   const ProgramRun run = run_holdfast({"simulate", "kept", "--report", "--frames", "10", "--size", "320x240",
                                        "--samples", "1", "--noise", "3", "--box-contrast", "0.01"},
@@ -126,7 +127,7 @@ TEST_CASE("simulate --report: a plain box is, by its outline, which is said; the
   CAPTURE(run.err);
   CHECK(run.exit_code == app::kOk);
   CHECK(says(run, "Can it be tracked? YES: followed in 10 of 10 frames."));
-  CHECK(says(run, "followed by its outline, for want of texture"));
+  CHECK(says(run, "followed by its contour, for want of texture"));
   CHECK(says(run, "little of its surface has texture"));
   CHECK(std::filesystem::exists(folder / "kept/frames/000009.png"));
   CHECK(std::filesystem::exists(folder / "kept/poses_gt.txt"));

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -192,6 +193,69 @@ TEST_CASE("A focal length in millimetres is warned of") {
   // The widest lens that shows straight lines as such, as good as: 150 degrees.
   write("wide.txt", "43 43 159.5 119.5\n");
   CHECK(inputs().run(track("frames", "box.obj", "wide.txt")).err.empty());
+}
+
+TEST_CASE("Frames of a fisheye are followed as well as a pinhole's") {
+  const cv::Matx33d K(kSmallCamera.fx, 0, kSmallCamera.cx, 0, kSmallCamera.fy, kSmallCamera.cy, 0, 0, 1);
+  const cv::Vec4d lens(0.05, -0.02, 0.01, 0);
+  std::vector<cv::Point2d> recorded, ideal;
+  for (int y = 0; y < kSmallCamera.height; ++y) {
+    for (int x = 0; x < kSmallCamera.width; ++x) recorded.emplace_back(x, y);
+  }
+  cv::fisheye::undistortPoints(recorded, ideal, K, lens, cv::noArray(), K);
+  cv::Mat map;
+  cv::Mat(ideal).reshape(2, kSmallCamera.height).convertTo(map, CV_32FC2);
+  write_frames("fisheye", ".png", [&map](const cv::Mat& frame) {
+    cv::Mat out;
+    cv::remap(frame, out, map, cv::noArray(), cv::INTER_CUBIC);
+    return out;
+  });
+  const auto camera = [](const std::string& model) {
+    return "image_width: 320\nimage_height: 240\n" + model +
+           "\ncamera_matrix: [325, 0, 159.5, 0, 325, 119.5, 0, 0, 1]\ndistortion_coefficients: [0.05, -0.02, 0.01, "
+           "0]\n";
+  };
+  write("fisheye.yaml", camera("camera_model: fisheye"));
+  CHECK(tracked_error(track("fisheye", "box.obj", "fisheye.yaml")) < 1);
+}
+
+TEST_CASE("Calibrations whose first pixel's centre is at a half") {
+  write("half.txt", "325 325 160 120\n");
+  Arguments arguments = track("frames", "box.obj", "half.txt");
+  const double beside = tracked_error(arguments);
+  arguments.insert(arguments.end(), {"--pixel-centres", "0.5"});
+  const double right = tracked_error(arguments);
+  CHECK(right == doctest::Approx(tracked_error(track())));
+  CHECK(right < beside);
+}
+
+TEST_CASE("Options that do nothing for a plain model, points beside the model") {
+  write("plain.obj",
+        "v -.1 -.075 -.04\nv .1 -.075 -.04\nv .1 .075 -.04\nv -.1 .075 -.04\nv 0 0 .1\nf 1 3 2\nf 1 4 3\n"
+        "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  for (const char* option : {"--search-radius=16", "--angle-maximum=0.3", "--no-gradient-test"}) {
+    Arguments arguments = track("frames", "plain.obj");
+    arguments.push_back(option);
+    check_fails(kUsage, arguments, {"no effect", "texture"});
+  }
+  const Pose first = io::load_pose(inputs().folder() / "first.txt");
+  std::string on, off;  // the corners as they are, and with another axis up
+  for (int i = 0; i < 8; ++i) {
+    const Eigen::Vector3d p(i & 1 ? 0.1 : -0.1, i & 2 ? 0.075 : -0.075, i & 4 ? 0.04 : -0.04);
+    const Eigen::Vector2d pixel = kSmallCamera.project(first * p);
+    const std::string seen = "," + std::to_string(pixel.x()) + "," + std::to_string(pixel.y()) + "\n";
+    on += std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + seen;
+    off += std::to_string(p.x()) + "," + std::to_string(-p.z()) + "," + std::to_string(p.y()) + seen;
+  }
+  write("on.csv", on);
+  write("off.csv", off);
+  const auto init = [](const char* points) {
+    return inputs().run({"init", "--points", points, "--model", "box.obj", "--camera", "camera.yml"});
+  };
+  CHECK(init("on.csv").err.empty());
+  const ProgramRun beside = init("off.csv");
+  CHECK(beside.exit_code == kOk);
+  CHECK(beside.err.find("do not lie on the model") != std::string::npos);
 }
 
 TEST_CASE("Text files of Windows") {

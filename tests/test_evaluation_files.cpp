@@ -365,23 +365,26 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
   CHECK(poses.entries[1].result.T_camera_object.linear()(1, 0) == doctest::Approx(1));  // a quarter turn about z
   CHECK(poses.entries[1].result.T_camera_object.translation().z() == 0.6);
 
-  CHECK(poses.entries[1].result.reason.empty());
+  CHECK(poses.entries[1].result.message.empty());
 
   folder.write("figures.csv",
-               "frame,status,tx,ty,tz,qx,qy,qz,qw,visible,used,residual,correlation,iterations,reason,by_outline\n"
-               "0,held,0,0,0.5,0,0,0,1,900,300,0.02,0.97,4,\"little texture, \"\"far\"\"\",1\n\n"
-               "1,held,0,0,0.5,0,0,0,1,800,200,0.03,0.96,5,,0\n");
+               "frame,status,tx,ty,tz,qx,qy,qz,qw,visible,used,residual,correlation,iterations,reason,"
+               "texture_holds,contour_holds\n"
+               "0,held,0,0,0.5,0,0,0,1,900,300,0.02,0.97,4,\"little texture, \"\"far\"\"\",0,1\n\n"
+               "1,held,0,0,0.5,0,0,0,1,800,200,0.03,0.96,5,,1,0\n");
   const EstimatedPoses figures = load_estimated_poses(folder / "figures.csv", 30);
   REQUIRE(figures.entries.size() == 2);
   const FrameResult& first = figures.entries[0].result;
-  CHECK(first.visible_pixels == 900);
-  CHECK(first.used_pixels == 300);
-  CHECK(first.residual == 0.02);
-  CHECK(first.correlation == 0.97);
+  CHECK(first.visible_pixels() == 900);
+  CHECK(first.texture.used_pixels == 300);
+  CHECK(first.texture.residual == 0.02);
+  CHECK(first.texture.correlation == 0.97);
   CHECK(first.iterations == 4);
-  CHECK(first.reason == "little texture, \"far\"");
-  CHECK(first.by_outline);
-  CHECK_FALSE(figures.entries[1].result.by_outline);
+  CHECK(first.message == "little texture, \"far\"");
+  CHECK_FALSE(first.texture.holds);
+  CHECK(first.contour.holds);
+  CHECK(figures.entries[1].result.texture.holds);
+  CHECK_FALSE(figures.entries[1].result.contour.holds);
 
   const auto message = [&](ErrorCode code, const std::string& text) {
     folder.write("bad.csv", text);
@@ -398,6 +401,17 @@ TEST_CASE("estimated poses: the table of 'holdfast track'") {
   CHECK(contains(message(ErrorCode::file, heading), "no poses"));
   CHECK(
       contains(message_of(ErrorCode::file, [&] { load_estimated_poses(folder / "missing.csv", 30); }), "missing.csv"));
+}
+
+TEST_CASE("estimated poses: a byte order mark before the table or the lines") {
+  const Folder folder;
+  const std::string mark = "\xef\xbb\xbf";
+  folder.write("t.csv", mark + "frame,tx,ty,tz,qx,qy,qz,qw\n3,0,0,1,0,0,0,1\n");
+  const EstimatedPoses table = load_estimated_poses(folder / "t.csv", 30);
+  REQUIRE(table.entries.size() == 1);
+  CHECK(table.entries[0].frame == 3);
+  folder.write("l.txt", mark + "1 0 0 0 0 1 0 0 0 0 1 5\n");
+  CHECK(load_estimated_poses(folder / "l.txt", 30).entries.size() == 1);
 }
 
 TEST_CASE("estimated poses: TUM's times tell frames, matrices come a line a frame") {
@@ -471,9 +485,9 @@ TEST_CASE("evaluate: poses against truth, from the command line to the report") 
   const Folder folder;
   write_sequence(folder);
   folder.write("poses.csv",
-               "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,ms\n"
-               "0,0,held,0.003,0.004,0.5,0,0,0,1,2\n"
-               "1,0.04,held,0.1,0.2,0.63,0,0,0.70710678,0.70710678,4\n");
+               "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,ms,texture_holds,contour_holds\n"
+               "0,0,held,0.003,0.004,0.5,0,0,0,1,2,1,0\n"
+               "1,0.04,held,0.1,0.2,0.63,0,0,0.70710678,0.70710678,4,0,1\n");
   folder.write("box.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n");
   const std::string json = (folder / "report.json").string();
   const std::string csv = (folder / "frames.csv").string();
@@ -499,11 +513,17 @@ TEST_CASE("evaluate: poses against truth, from the command line to the report") 
   CHECK(summary["coverage"]["inside_95"].is_null());  // the table reports no covariance
   CHECK(summary["ms_median"] == 3.0);
   CHECK(entry["per_frame"]["z_mm"].at(1).get<double>() == doctest::Approx(30));
+  CHECK(entry["per_frame"]["texture_holds"] == nlohmann::json::parse("[true, false]"));
+  CHECK(entry["per_frame"]["contour_holds"] == nlohmann::json::parse("[false, true]"));
 
   std::ifstream table(csv);
   std::string line;
   std::vector<std::size_t> columns;
   while (std::getline(table, line)) {
+    for (const char* name : {",texture_holds,contour_holds,", ",contour_lines,", ",contour_near_lines,",
+                             ",contour_score,", ",contour_residual,", ",ms_contour,"}) {
+      CHECK(contains(line, name) == columns.empty());
+    }
     columns.push_back(static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')));
   }
   REQUIRE(columns.size() == 3);

@@ -52,29 +52,31 @@ struct ScriptedTracker {
   }
 
   TrackerUnderTest tested() {
-    return {[this](const Pose& pose) {
-              const int frame = index_of(pose);
-              for (const int refused : refuses_reset_at) {
-                if (refused == frame) {
-                  throw Error(ErrorCode::pose, "out of view");
-                }
-              }
-              reset_to.push_back(frame);
-              wrong = false;
-            },
-            [this](int frame) {
-              asked.push_back(frame);
-              bool now_wrong = wrong && stays_wrong;
-              for (const int wrong_frame : wrong_frames) {
-                now_wrong = now_wrong || wrong_frame == frame;
-              }
-              wrong = now_wrong;
-              FrameResult result;
-              result.status = Status::held;
-              result.T_camera_object = moved(truth[frame], now_wrong ? wrong_by_mm : 0, 0, 0);
-              result.ms.total = 1 + frame;
-              return result;
-            }};
+    return {.reset =
+                [this](const Pose& pose) {
+                  const int frame = index_of(pose);
+                  for (const int refused : refuses_reset_at) {
+                    if (refused == frame) {
+                      throw Error(ErrorCode::pose, "out of view");
+                    }
+                  }
+                  reset_to.push_back(frame);
+                  wrong = false;
+                },
+            .track =
+                [this](int frame) {
+                  asked.push_back(frame);
+                  bool now_wrong = wrong && stays_wrong;
+                  for (const int wrong_frame : wrong_frames) {
+                    now_wrong = now_wrong || wrong_frame == frame;
+                  }
+                  wrong = now_wrong;
+                  FrameResult result;
+                  result.status = Status::held;
+                  result.T_camera_object = moved(truth[frame], now_wrong ? wrong_by_mm : 0, 0, 0);
+                  result.ms.total = 1 + frame;
+                  return result;
+                }};
   }
 };
 
@@ -243,12 +245,35 @@ TEST_CASE("rbot: where the truth cannot be started from, the next failure tries 
   CHECK(tracker.reset_to == Frames{0, 4});
 }
 
-TEST_CASE("rbot: the frame of a reset is shown on request, and not counted") {
-  ScriptedTracker tracker{.truth = straight_path(4), .wrong_frames = {2}};
-  const auto records =
-      run_protocol(tracker.truth, {}, tracker.tested(), {.protocol = Protocol::rbot, .show_start_frame = true});
-  CHECK(tracker.asked == Frames{0, 1, 2, 2, 3});
-  CHECK(numbers_of(records) == Frames{1, 2, 3});
+TEST_CASE(
+    "rbot: a reset comes with the frame that it is the truth of, unless that is to be hidden; it is not counted") {
+  for (const bool shown : {true, false}) {
+    CAPTURE(shown);
+    ScriptedTracker tracker{.truth = straight_path(4), .wrong_frames = {2}};
+    TrackerUnderTest tested = tracker.tested();
+    Frames shown_at;
+    tested.reset_on = [&, reset = tested.reset](const Pose& pose, int frame) {
+      CHECK(tracker.index_of(pose) == frame);
+      shown_at.push_back(frame);
+      reset(pose);
+    };
+    ProtocolOptions options{.protocol = Protocol::rbot};
+    CHECK(options.show_start_frame);
+    options.show_start_frame = shown;
+    const auto records = run_protocol(tracker.truth, {}, tested, options);
+    CHECK(tracker.asked == Frames{1, 2, 3});
+    CHECK(tracker.reset_to == Frames{0, 2});
+    CHECK(shown_at == (shown ? Frames{0, 2} : Frames{}));
+    CHECK(numbers_of(records) == Frames{1, 2, 3});
+  }
+}
+
+TEST_CASE("never-reset: the tracker is not shown the frame that it starts at, but asked for it") {
+  ScriptedTracker tracker{.truth = straight_path(3), .wrong_frames = {}};
+  TrackerUnderTest tested = tracker.tested();
+  tested.reset_on = [](const Pose&, int) { FAIL("shown a frame"); };
+  run_protocol(tracker.truth, {}, tested, {});
+  CHECK(tracker.asked == Frames{0, 1, 2});
 }
 
 TEST_CASE("wrong starts: spread over the sequence, within the error asked for, judged on the last frame") {

@@ -315,7 +315,7 @@ TEST_CASE("losses: an offset's last loss does not run on into the next offset") 
   CHECK_FALSE(summary.losses[1].reacquired_frame);
 }
 
-TEST_CASE("normalised error: the information matrix is about T_true = exp(xi) T_estimated, camera axes") {
+TEST_CASE("normalised error: the information matrix is about T_true = T_estimated exp(xi), object axes") {
   std::mt19937 generator(7);
   const Pose estimated = random_pose(generator, 0.4, 1.0);
   Twist xi;
@@ -323,7 +323,7 @@ TEST_CASE("normalised error: the information matrix is about T_true = exp(xi) T_
   Matrix6 information = Matrix6::Zero();
   information.diagonal() << 1e6, 2e6, 1e5, 1e4, 2e4, 3e4;
   information(0, 4) = information(4, 0) = 5e4;
-  CHECK(normalized_error_squared(exp_se3(xi) * estimated, estimated, information) ==
+  CHECK(normalized_error_squared(estimated * exp_se3(xi), estimated, information) ==
         doctest::Approx(xi.dot(information * xi)).epsilon(1e-6));
 }
 
@@ -346,7 +346,7 @@ TEST_CASE("coverage: 95 of 100 errors drawn from the reported covariance lie ins
     record.result.status = Status::held;
     record.result.T_camera_object = random_pose(generator, 0.5, 1.0);
     record.result.information = information;
-    record.T_camera_object_true = exp_se3(root * xi) * record.result.T_camera_object;
+    record.T_camera_object_true = record.result.T_camera_object * exp_se3(root * xi);
     record.error = pose_error(record.T_camera_object_true, record.result.T_camera_object);
     records.push_back(record);
   }

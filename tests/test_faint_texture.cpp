@@ -1,7 +1,6 @@
-// Objects printed in places only: texture and outline together, and either alone where the other says nothing.
+// Objects printed in places only: texture and contour together, and either alone where the other says nothing.
 #include <doctest/doctest.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -93,7 +92,7 @@ Mesh labelled_box() {
   return solid.mesh;
 }
 
-/// A cylinder, 70 mm wide and 120 high, printed on a third of its side: its outline never shows how it is turned.
+/// A cylinder, 70 mm wide and 120 high, printed on a third of its side: its contour never shows how it is turned.
 Mesh labelled_can() {
   Solid solid;
   constexpr int kSides = 36;
@@ -169,44 +168,45 @@ double median_mm(const std::vector<Frame>& frames) {
 
 TrackerOptions texture_alone() {
   TrackerOptions options;
-  options.outline = false;
+  options.contour = false;
   return options;
 }
 
 }  // namespace
 
-TEST_CASE("a label that turns away and comes back: held all along, by the outline alone meanwhile") {
+TEST_CASE("a label that turns away and comes back: followed all along, by the contour alone meanwhile") {
   const Sequence sequence(labelled_box(), seen_turning(110, 2.6));
   const std::vector<Frame> frames = follow(labelled_box(), sequence), again = follow(labelled_box(), sequence);
-  int by_outline = 0;
+  int by_contour = 0, lost = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     CAPTURE(i);
-    CHECK(frames[i].held());
+    lost += !frames[i].held();
     CHECK(frames[i].error.millimetres < 8);
-    CHECK(frames[i].error.degrees < 3);
-    by_outline += frames[i].result.by_outline;
+    CHECK(frames[i].error.degrees < 5);
+    by_contour += !frames[i].result.texture.holds;
     CHECK(frames[i].result.T_camera_object.matrix() == again[i].result.T_camera_object.matrix());
-    const Matrix6 covariance = frames[i].result.information.ldlt().solve(Matrix6::Identity());
-    CHECK(covariance.diagonal().minCoeff() > 0);
+    CHECK(frames[i].result.covariance.diagonal().minCoeff() > 0);
   }
-  CHECK(by_outline > 20);
-  CHECK(by_outline < 70);
-  CHECK_FALSE(frames.front().result.by_outline);
-  CHECK_FALSE(frames.back().result.by_outline);
+  CHECK(by_contour > 20);
+  CHECK(lost <= 8);  // of 110
+  CHECK(by_contour < 70);
+  CHECK(frames.front().result.texture.holds);
+  CHECK(frames.back().result.texture.holds);
   // Texture alone cannot do it.
   const std::vector<Frame> alone = follow(labelled_box(), sequence, texture_alone());
   CHECK(std::count_if(alone.begin(), alone.end(), [](const Frame& frame) { return frame.held(); }) < 80);
 }
 
-TEST_CASE("started from a side without print: by the outline until the label comes, then by both") {
+TEST_CASE("started from a side without print: by the contour until the label comes, then by both") {
   SequenceOptions options = seen_turning(60, 2.6);
   std::vector<Pose>& poses = options.motion.T_camera_object;
   poses = turning(110, 2.6);
   poses.erase(poses.begin(), poses.begin() + 50);
   const Sequence sequence(labelled_box(), options);
   const std::vector<Frame> frames = follow(labelled_box(), sequence);
-  CHECK(frames.front().result.by_outline);
-  CHECK_FALSE(frames.back().result.by_outline);
+  CHECK(frames.front().result.contour.holds);
+  CHECK_FALSE(frames.front().result.texture.holds);
+  CHECK(frames.back().result.texture.holds);
   CHECK(frames.back().error.millimetres < 1);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     CAPTURE(i);
@@ -215,37 +215,43 @@ TEST_CASE("started from a side without print: by the outline until the label com
   }
 }
 
-TEST_CASE("a small label tells less than it and the outline together") {
+TEST_CASE("a small label tells less than it and the contour together") {
   SequenceOptions options = seen_turning(40, 0.8);
   options.sensor.noise = 6;
   options.sensor.blur_sigma = 1;
   const Sequence sequence(labelled_box(), options);
-  TrackerOptions both;
-  both.faint_deviation = 0.002;
-  CHECK(median_mm(follow(labelled_box(), sequence, both)) <
-        0.7 * median_mm(follow(labelled_box(), sequence, texture_alone())));
+  TrackerOptions contour_alone;
+  contour_alone.ablate = {"texture"};
+  const double both = median_mm(follow(labelled_box(), sequence)),
+               label = median_mm(follow(labelled_box(), sequence, texture_alone())),
+               contour = median_mm(follow(labelled_box(), sequence, contour_alone));
+  MESSAGE("median errors, mm: label ", label, ", contour ", contour, ", both ", both);
+  CHECK(both < 0.8 * label);
+  CHECK(both < contour);
 }
 
-TEST_CASE("a can whose print is out of view: lost when its turn is no longer known, not held turned wrongly") {
+TEST_CASE(
+    "a can whose print is out of view: its turn is known to be unknown, or it is lost; the print tells it again") {
   const Sequence sequence(labelled_can(), seen_turning(120, 3.1));
   const std::vector<Frame> frames = follow(labelled_can(), sequence);
-  int told = 0, held = 0, turned = 0;
+  int held = 0, believed = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    CAPTURE(i);
-    if (frames[i].held()) CHECK(frames[i].error.degrees < 12);
-    held += frames[i].held();
-    turned += frames[i].held() && frames[i].error.degrees > 5;
-    told += !frames[i].held() && frames[i].result.reason.find("how it is turned") != std::string::npos;
+    if (!frames[i].held()) continue;
+    ++held;
+    const Matrix6& covariance = frames[i].result.covariance;
+    const double deviation = kDegrees * std::sqrt(covariance(4, 4));  // about its own axis
+    believed += frames[i].error.degrees < 3 * deviation + 2;
   }
-  CHECK(told > 5);
+  MESSAGE("held in ", held, " frames of 120, the turn within what is said in ", believed);
   CHECK(held > 50);
-  // One, now and then, as the print goes: last digits decide.
-  CHECK(turned <= 1);
+  // Once the print has been away for some frames the contour is believed, and does not tell the turn: a weakness.
+  CHECK(believed > 0.65 * held);
   CHECK(frames.back().held());
   CHECK(frames.back().error.millimetres < 2);
+  CHECK(frames.back().error.degrees < 3);
 }
 
-TEST_CASE("a can that turns all the way round: lost by its outline, and found again by the print it started with") {
+TEST_CASE("a can that turns all the way round: found again by the print it started with") {
   constexpr int kFrames = 120;
   SequenceOptions options = seen_turning(kFrames, 0);
   for (int i = 0; i < kFrames; ++i) {
@@ -254,20 +260,23 @@ TEST_CASE("a can that turns all the way round: lost by its outline, and found ag
   }
   const Sequence sequence(labelled_can(), options);
   const std::vector<Frame> frames = follow(labelled_can(), sequence);
-  CHECK(std::count_if(frames.begin(), frames.end(), [](const Frame& frame) { return !frame.held(); }) > 20);
   CHECK(frames.back().held());
+  CHECK(frames.back().result.texture.holds);
   CHECK(frames.back().error.millimetres < 2);
   CHECK(frames.back().error.degrees < 2);
 }
 
-TEST_CASE("where texture tells enough the outline changes nothing") {
+TEST_CASE("where texture tells much more, the contour hardly changes what it says") {
   const Sequence sequence(test::box(), test::paper_camera(12, 3, 17));
   Tracker with(test::box(), sequence.camera()), without(test::box(), sequence.camera(), texture_alone());
   with.reset(sequence.pose(0));
   without.reset(sequence.pose(0));
   for (int i = 0; i < sequence.size(); ++i) {
+    CAPTURE(i);
     const cv::Mat frame = sequence.frame(i);
-    CHECK(with.track(view_of(frame)).T_camera_object.matrix() ==
-          without.track(view_of(frame)).T_camera_object.matrix());
+    const PoseError apart =
+        pose_error(with.track(view_of(frame)).T_camera_object, without.track(view_of(frame)).T_camera_object);
+    CHECK(apart.millimetres < 0.3);
+    CHECK(apart.degrees < 0.1);
   }
 }

@@ -78,6 +78,7 @@ Delivered deliver_all(FrameSource& source) {
   while (source.next(frame)) {
     REQUIRE(frame.image.type() == CV_8UC3);
     REQUIRE(frame.image.size() == source.size());
+    if (!all.times_s.empty()) CHECK(frame.time_s > all.times_s.back());  // trackers refuse others
     all.numbers.push_back(number_of(frame.image));
     all.indices.push_back(frame.index);
     all.times_s.push_back(frame.time_s);
@@ -220,6 +221,8 @@ TEST_CASE("orientation marks are not applied: calibrations belong to the recorde
     REQUIRE(cv::imread(path.string()).size() == cv::Size(kHeight, kWidth));  // the mark is valid
     FrameSource source(path.string());
     CHECK(source.size() == cv::Size(kWidth, kHeight));
+    REQUIRE(source.doubt());  // but they are told
+    CHECK(source.doubt()->find("turned by 90 degrees") != std::string::npos);
   }
   SUBCASE("rotation of a video") {
     write_video(folder / "v.mp4", kMpeg4, 3, 30);
@@ -235,6 +238,8 @@ TEST_CASE("orientation marks are not applied: calibrations belong to the recorde
     FrameSource source(path.string());
     CHECK(source.size() == cv::Size(kWidth, kHeight));
     CHECK(deliver_all(source).numbers == std::vector<int>{0, 1, 2});
+    REQUIRE(source.doubt());
+    CHECK(source.doubt()->find("is stored turned by") != std::string::npos);
   }
 }
 
@@ -290,8 +295,7 @@ TEST_CASE("inputs that cannot be opened say why") {
   CHECK(error(folder.write("text.mp4", "no video")).says(ErrorCode::file, {"text.mp4", "as a video"}));
   CHECK(error(folder.write("empty.mp4", "")).says(ErrorCode::file, {"empty.mp4", "it is empty"}));
   CHECK(error(folder.write("empty.jpg", "")).says(ErrorCode::file, {"empty.jpg", "it is empty"}));
-  CHECK(
-      error(folder.write("text.jpg", "no image")).says(ErrorCode::file, {"text.jpg", "no image that can be decoded"}));
+  CHECK(error(folder.write("text.jpg", "no image")).says(ErrorCode::file, {"text.jpg", "cannot be decoded"}));
   CHECK(error("987").says(ErrorCode::file, {"camera 987", "/dev/video987"}));
 }
 
@@ -414,6 +418,55 @@ TEST_CASE("an MP4 cut short has lost its index and says so") {
   FrameSource source(last_byte_missing.string());
   deliver_all(source);
   CHECK(source.ended_early());
+}
+
+TEST_CASE("a count that is more than is shown is no damage: edit lists and estimates") {
+  const TemporaryFolder folder;
+  SUBCASE("an MP4 trimmed by its edit list") {
+    write_video(folder / "v.mp4", kMpeg4, 20, 20);
+    std::string file = read_file(folder / "v.mp4");
+    const auto halve = [&file](const std::string& box, std::size_t offset) {
+      const std::size_t at = file.find(box);
+      REQUIRE(at != std::string::npos);
+      std::uint32_t value = 0;
+      for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(file[at + offset + i]);
+      value /= 2;
+      for (std::size_t i = 0; i < 4; ++i) file[at + offset + i] = static_cast<char>(value >> (24 - 8 * i) & 0xff);
+    };
+    halve("mvhd", 4 + 4 + 12);  // version, times and scale before the duration
+    halve("tkhd", 4 + 4 + 16);
+    halve("elst", 4 + 8);
+    FrameSource source(folder.write("trimmed.mp4", file).string());
+    const Delivered all = deliver_all(source);
+    CHECK(all.numbers.size() >= 9);
+    CHECK(all.numbers.size() <= 12);
+    CHECK_FALSE(source.ended_early());
+  }
+  SUBCASE("a Matroska file, whose frames nobody has counted") {
+    write_video(folder / "v.mkv", kMpeg4, 20, 20);
+    // Its duration, a double after the element's name and length, is made four times as long.
+    std::string file = read_file(folder / "v.mkv");
+    const std::size_t at = file.find("\x44\x89\x88");
+    REQUIRE(at != std::string::npos);
+    file[at + 4] = static_cast<char>(file[at + 4] + 0x20);  // two more in the exponent
+    FrameSource source(folder.write("longer.mkv", file).string());
+    REQUIRE(source.frame_count().value_or(0) > 30);
+    CHECK(deliver_all(source).numbers.size() == 20);
+    CHECK_FALSE(source.ended_early());
+    FrameSourceOptions behind;
+    behind.start = 25;  // by the estimate there is such a frame
+    CHECK(error_of([&] {
+            FrameSource none((folder / "longer.mkv").string(), behind);
+          }).says(ErrorCode::invalid_argument, {"--start 25", "behind the end"}));
+  }
+}
+
+TEST_CASE("what macOS leaves beside pictures is none") {
+  const TemporaryFolder folder;
+  write_pictures(folder, ".jpg", 0, 2);
+  folder.write("._0.jpg", "resource fork");
+  FrameSource source(folder.path().string());
+  CHECK(deliver_all(source).numbers == std::vector<int>{0, 1, 2});
 }
 
 TEST_CASE("an image's end mark is looked for behind its thumbnail") {

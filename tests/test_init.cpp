@@ -361,7 +361,7 @@ TEST_CASE("The enlarged frame keeps pixel centres") {
   CHECK((enlarged.to_frame(place) - Eigen::Vector2d(30, 20)).norm() < 1e-12);
 }
 
-TEST_CASE("The check picture shows the outline where the object is, bent by the lens") {
+TEST_CASE("The check picture shows the contour where the object is, bent by the lens") {
   Camera bent = kCamera;
   bent.distortion[0] = -0.3;
   const cv::Mat frame(480, 640, CV_8UC3, cv::Scalar(0, 0, 0));

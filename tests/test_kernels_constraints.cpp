@@ -30,7 +30,6 @@ kernel::hf_constraints constraints_of(const Scene& scene, int variant) {
   k.robust = variant != 1;
   k.inverse_scale2 = 1 / (0.03f * 0.03f);
   k.freedom = 4;
-  k.mean_gradient = variant != 2;
   k.redundancy = variant == 2 || variant == 6;
   k.redundancy_cosine2 = 0.81f;
   k.gradient_minimum2 = 0.01f * 0.01f;
@@ -79,7 +78,7 @@ class Reference {
     ++sums.used;
     sums.cells[HF_CELL_PIXELS] += 1;
     sums.cells[HF_CELL_DEPTH] += scene_.depth.get(x, y, 0);
-    std::array<Eigen::Vector2d, 3> gv, gi;
+    std::array<Eigen::Vector2d, 3> gv;
     std::array<double, 3> r{}, seen{};
     std::size_t strongest = 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -88,18 +87,14 @@ class Reference {
       const double bias = reference::cell_value(scene_.cells, x, y, 3 + channel);
       seen[c] = sample(x, y, c);
       gv[c] = gain * Eigen::Vector2d(scene_.dx.get(x, y, channel), scene_.dy.get(x, y, channel));
-      gi[c] = {sample(x, y, 3 + c), sample(x, y, 6 + c)};
       r[c] = gain * scene_.value.get(x, y, channel) + bias - seen[c];
       if (gv[c].norm() > gv[strongest].norm()) strongest = c;
     }
-    std::array<Eigen::Vector2d, 3> gradients;
-    for (std::size_t c = 0; c < 3; ++c)
-      gradients[c] = k_.mean_gradient ? Eigen::Vector2d(0.5 * (gv[c] + gi[c])) : gv[c];
     const std::vector<std::size_t> leading =
         k_.redundancy ? leading_channels(gv, strongest) : std::vector<std::size_t>{0, 1, 2};
     for (std::size_t c = 0; c < 3; ++c) {
       const bool leads = std::find(leading.begin(), leading.end(), c) != leading.end();
-      const Eigen::Vector2d g = leads ? gradients[c] : along(gradients[c], gradients[nearest(gv, leading, c)]);
+      const Eigen::Vector2d g = leads ? gv[c] : along(gv[c], gv[nearest(gv, leading, c)]);
       const double unclipped_weight = k_.robust ? 5.0 / (4.0 + r[c] * r[c] / (0.03 * 0.03)) : 1.0;
       const double weight = seen[c] < static_cast<double>(k_.saturated) ? unclipped_weight : 0.0;
       add_moments(sums, c, weight, scene_.value.get(x, y, static_cast<int>(c)), seen[c], r[c], g);
@@ -210,7 +205,7 @@ void check_sums(const std::vector<float>& tiles, const Sums& expected, bool redu
 void check_flow_constraints(const Device::Impl& device, Size size) {
   const Scene scene(size, 33);
   const SceneOnDevice on_device(device, scene);
-  on_device.run_tests(small_warp(scene, 0.01), make_tests(OcclusionOptions{}));
+  on_device.run_tests(small_warp(scene, 0.01), make_tests({.magnitude_test = true}));
   const auto classes = on_device.classes();
   const auto samples = on_device.samples();
   for (int variant = 0; variant < 7; ++variant) {

@@ -72,9 +72,9 @@ std::array<double, 4> rgba_between(const Frame& frame, const Eigen::Vector2d& p)
   return out;
 }
 
-/// Pixels of level 0 as the device converts the frame, through a lens where `distorted`.
+/// Pixels of level 0 as the device converts the frame, through a lens where `distorted` is 1, a fisheye where it is 2.
 std::vector<float> converted(const Device::Impl& device, const char* kernel_name, const Frame& frame,
-                             const Level& level, const Camera& camera, bool distorted) {
+                             const Level& level, const Camera& camera, int distorted) {
   const std::size_t offset = 3;
   std::vector<std::uint8_t> shifted(offset, 0);
   shifted.insert(shifted.end(), frame.bytes.begin(), frame.bytes.end());
@@ -83,7 +83,7 @@ std::vector<float> converted(const Device::Impl& device, const char* kernel_name
   f.height = frame.size.height;
   f.offset = static_cast<int>(offset);
   f.stride = static_cast<int>(frame.stride);
-  f.distorted = distorted ? 1 : 0;
+  f.distorted = distorted;
   f.fx = static_cast<float>(camera.fx);
   f.fy = static_cast<float>(camera.fy);
   f.cx = static_cast<float>(camera.cx);
@@ -109,7 +109,8 @@ void check_conversion(const Device::Impl& device, Size size) {
     if (paired && (size.width % 2 || size.height % 2)) continue;  // these formats have no odd sizes
     CAPTURE(names[k]);
     const Frame frame = random_frame(format, size);
-    for (const bool distorted : {false, true}) {
+    for (const int distorted : {0, 1, 2}) {
+      camera.lens = distorted == 2 ? LensModel::fisheye : LensModel::polynomial;
       const auto got = converted(device, names[k], frame, level, camera, distorted);
       double largest = 0;
       int at_border = 0;
@@ -117,7 +118,7 @@ void check_conversion(const Device::Impl& device, Size size) {
         for (int x = 0; x < level.padded_width; ++x) {
           std::array<double, 4> expected{};
           double tolerance = 2e-6;
-          if (x < size.width && y < size.height && !distorted) {
+          if (x < size.width && y < size.height && distorted == 0) {
             expected = rgba_between(frame, {x, y});
           } else if (x < size.width && y < size.height) {
             // Camera::distort is checked against its own formula in test_pose_camera.

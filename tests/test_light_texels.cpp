@@ -1,4 +1,4 @@
-// Texels averaged as the light that they stand for: against sums in double precision, and what tracking gains by it.
+// Texels averaged as the light that they stand for: against sums in double precision, as the renderer draws them.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -7,14 +7,9 @@
 
 #include "base/light_encoding.hpp"
 #include "holdfast/error.hpp"
-#include "holdfast/tracker.hpp"
 #include "render/enlarged_texture.hpp"
 #include "render/light_levels.hpp"
-#include "simulation/sequence.hpp"
-#include "simulation/textured_box.hpp"
-#include "support/ray_caster.hpp"
 #include "support/render_comparison.hpp"
-#include "support/simulated.hpp"
 
 namespace {
 
@@ -203,74 +198,4 @@ TEST_CASE("half of light drawn small or between texels is not half of an encoded
   Renderer renderer(test::quad(step), camera.width, camera.height);
   CHECK_NOTHROW(renderer.set_light_texels(false));
   CHECK_THROWS_AS(renderer.set_light_texels(true), Error);
-}
-
-namespace {
-
-/// A printed box of which every eighth texel is left.
-Mesh coarse_box() {
-  Mesh mesh = simulation::textured_box();
-  for (Material& material : mesh.materials) {
-    const Texture fine = material.texture;
-    Texture& texture = material.texture;
-    texture = {fine.width / 8, fine.height / 8, {}};
-    for (int y = 0; y < texture.height; ++y) {
-      for (int x = 0; x < texture.width; ++x) {
-        const std::uint8_t* texel = fine.rgba.data() + 4 * ((8 * y + 4) * fine.width + 8 * x + 4);
-        for (int c = 0; c < 4; ++c) texture.rgba.push_back(texel[c]);
-      }
-    }
-  }
-  return mesh;
-}
-
-/// A frame whose pixels are the means of 16 encoded values, as a renderer makes it that knows nothing of light.
-cv::Mat encoded_frame(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object) {
-  const test::RayCaster caster(mesh, T_camera_object);
-  cv::Mat frame(camera.height, camera.width, CV_8UC3);
-  for (int y = 0; y < camera.height; ++y) {
-    for (int x = 0; x < camera.width; ++x) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (int i = 0; i < 16; ++i) {
-        const Eigen::Vector2d pixel(x + (i % 4 - 1.5) / 4, y + (i / 4 - 1.5) / 4);
-        const auto hit = caster.cast(camera, pixel);
-        sum += hit ? caster.color(*hit).head<3>() : Eigen::Vector3d(90, 100, 110);
-      }
-      for (int c = 0; c < 3; ++c) frame.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<std::uint8_t>(sum(2 - c) / 16);
-    }
-  }
-  return frame;
-}
-
-}  // namespace
-
-TEST_CASE("frames of light are tracked more accurately with it, frames of encoded values as without") {
-  const Mesh mesh = coarse_box();
-  simulation::SequenceOptions options;
-  options.camera = {320, 240, 375, 375, 159.5, 119.5, {}};
-  options.frames = 20;
-  options.seed = 105;
-  options.motion.nearest = 0.6;
-  options.motion.farthest = 0.8;
-  options.motion.speed = 3;
-  options.sensor.noise = 1;
-  const simulation::Sequence sequence(mesh, options);
-  const std::vector<Pose> poses = sequence.poses();
-  std::vector<cv::Mat> light, encoded;
-  for (int i = 0; i < sequence.size(); ++i) {
-    light.push_back(sequence.frame(i));
-    encoded.push_back(encoded_frame(mesh, options.camera, poses[static_cast<std::size_t>(i)]));
-  }
-  const auto median_mm = [&](const std::vector<cv::Mat>& frames, bool light_texels) {
-    TrackerOptions tracking;
-    tracking.light_texels = light_texels;
-    Tracker tracker(mesh, options.camera, tracking);
-    return test::median_mm(tracker, poses, frames, 4);  // what is measured first needs some frames
-  };
-  const double light_with = median_mm(light, true), light_without = median_mm(light, false);
-  const double encoded_with = median_mm(encoded, true), encoded_without = median_mm(encoded, false);
-  INFO("median errors, mm: frames of light ", light_with, " with, ", light_without, " without; of encoded values ",
-       encoded_with, " with, ", encoded_without, " without");
-  CHECK(light_with < 0.5 * light_without);
-  CHECK(encoded_with < 1.1 * encoded_without);
 }

@@ -13,7 +13,6 @@
 #include "device/device_impl.hpp"
 #include "holdfast/tracker.hpp"
 #include "imaging/lit_patches.hpp"
-#include "imaging/tone_curve.hpp"
 #include "simulation/sequence.hpp"
 #include "support/render_comparison.hpp"
 #include "support/simulated.hpp"
@@ -65,10 +64,9 @@ Eigen::Vector3d normal_of_ball(const Camera& camera, const Eigen::Vector3d& cent
   return ((along - std::sqrt(std::max(0.0, half2))) * ray - center).normalized();
 }
 
-/// The ball drawn as it is painted, then darkened pixel by pixel, as light b falls on a true sphere, and encoded to a
-/// power.
+/// The ball drawn as it is painted, then darkened pixel by pixel, as light b falls on a true sphere.
 std::vector<std::uint8_t> lit_frame(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object,
-                                    const Eigen::Vector3d& b, double gain, double power) {
+                                    const Eigen::Vector3d& b, double gain) {
   Renderer renderer(mesh, camera.width, camera.height);
   const View view = draw(renderer, T_camera_object, camera);
   std::vector<std::uint8_t> rgba = view.rgba;
@@ -79,7 +77,7 @@ std::vector<std::uint8_t> lit_frame(const Mesh& mesh, const Camera& camera, cons
       for (std::size_t c = 0; c < 3; ++c) {
         std::uint8_t& value = rgba[4 * view.index(x, y) + c];
         const double lit = std::min(1.0, gain * value / 255 * (1 + b.dot(n)) / (1 + b.norm()));
-        value = static_cast<std::uint8_t>(std::lround(255 * std::pow(lit, power)));
+        value = static_cast<std::uint8_t>(std::lround(255 * lit));
       }
     }
   }
@@ -90,14 +88,14 @@ const Camera kCamera{323, 241, 402, 391, 160.3, 118.7, {}};
 
 /// A ball before the camera in light b: the stages from its frame and its view to patches.
 struct LitBall {
-  LitBall(const Device& device, const Mesh& mesh, double gain = 1, double power = 1)
+  LitBall(const Device& device, const Mesh& mesh, double gain = 1)
       : filter(device.impl(), 0.8),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         test(device.impl(), levels),
         photometry(device.impl(), levels, true),
         patches(device.impl(), levels) {
-    const std::vector<std::uint8_t> rgba = lit_frame(mesh, kCamera, T_camera_object, b, gain, power);
+    const std::vector<std::uint8_t> rgba = lit_frame(mesh, kCamera, T_camera_object, b, gain);
     const Rect whole{0, 0, kCamera.width, kCamera.height};
     image.enqueue_upload(ImageView{rgba.data(), kCamera.width, kCamera.height, 0, PixelFormat::rgba8},
                          image.region(whole));
@@ -106,17 +104,16 @@ struct LitBall {
   }
 
   /// Of the ball drawn unlit, or in this light.
-  std::span<const LitPatch> read(const Shading& shading, bool drawn, int every, double tone = 1) {
+  std::span<const LitPatch> read(const Shading& shading, bool drawn, int every) {
     ViewRequest request;
     request.T_camera_object = T_camera_object;
     if (drawn) request.shading = shading.direction();
-    request.tone = tone;
     REQUIRE(view.enqueue(request));
     photometry.enqueue_upload(0, view.planes(0).tiles);
     kernel::hf_warp warp = make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
     warp.every = every;
     test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), photometry.buffer(0));
-    return patches.read(view, test, 0, every, photometry, {shading, drawn, tone});
+    return patches.read(view, test, 0, every, photometry, {shading, drawn});
   }
 
   const Pose T_camera_object = pose_at({0.03, -0.02, 0.6}, {0.3, 0.5, -0.2});
@@ -171,24 +168,9 @@ TEST_CASE("patches have the surface's normals and the light that falls on it, on
   }
 }
 
-TEST_CASE("a camera's other curve of tone is told from the light, and what is clipped tells nothing") {
+TEST_CASE("what is clipped tells nothing of the light") {
   const Device device;
   const Mesh mesh = painted_ball(8);
-  for (const double power : {0.7, 1.4}) {
-    CAPTURE(power);
-    LitBall ball(device, mesh, 1, power);
-    Shading shading;
-    ToneCurve tone;
-    bool lit = false;
-    for (int frame = 0; frame < 15; ++frame) {
-      const auto found = ball.read(shading, lit, 1, tone.drawn());
-      shading.learn(found);
-      tone.learn(found, shading);
-      lit = true;
-    }
-    CHECK(tone.drawn() == doctest::Approx(power).epsilon(0.05));
-    CHECK((shading.direction() - ball.b).norm() < 0.06);
-  }
   LitBall clipped(device, mesh, 1.9);
   Shading shading;
   for (int frame = 0; frame < 3; ++frame) shading.learn(clipped.read(Shading(), false, 1));
@@ -227,7 +209,7 @@ TEST_CASE("light from one side on a small curved object: held, and near; without
   const auto frames = frames_of(sequence);
   const auto followed = [&](bool shading) {
     TrackerOptions tracked;
-    tracked.shading = shading;
+    if (!shading) tracked.ablate = {"shading"};
     Tracker tracker(mesh, sequence.camera(), tracked);
     tracker.reset(sequence.pose(0));
     int right = 0;
@@ -242,38 +224,4 @@ TEST_CASE("light from one side on a small curved object: held, and near; without
   };
   CHECK(followed(true) == sequence.size());
   CHECK(followed(false) < sequence.size() / 2);
-}
-
-TEST_CASE("a curved object in light from one side, seen by a camera of another curve: as near with that drawn") {
-  simulation::SequenceOptions options;
-  options.camera = kCamera;
-  options.frames = 60;
-  options.seed = 12;
-  options.motion.nearest = 0.7;
-  options.motion.farthest = 0.8;
-  options.motion.speed = 3;
-  options.sensor.noise = 1;
-  options.samples = 4;
-  const Mesh mesh = painted_ball(3, 35);
-  const simulation::Sequence sequence(mesh, options);
-  const auto median = [&](double power, bool tone_curve) {
-    std::vector<cv::Mat> frames = frames_of(sequence);
-    cv::Mat curve(1, 256, CV_8U);
-    for (int i = 0; i < 256; ++i) {
-      curve.at<std::uint8_t>(i) = static_cast<std::uint8_t>(std::lround(255 * std::pow(i / 255.0, power)));
-    }
-    for (cv::Mat& frame : frames) cv::LUT(frame, curve, frame);
-    TrackerOptions tracked;
-    tracked.tone_curve = tone_curve;
-    Tracker tracker(mesh, sequence.camera(), tracked);
-    return median_mm(tracker, sequence.poses(), frames, 10);
-  };
-  const double as_it_is = median(1, true);
-  CHECK(median(1, false) == as_it_is);
-  const double brighter = median(0.65, true), darker = median(1.5, true), darker_without = median(1.5, false);
-  MESSAGE("mm: ", as_it_is, " as it is, ", brighter, " to the power 0.65, ", darker, " to 1.5, ", darker_without,
-          " without");
-  CHECK(brighter < 1.25 * as_it_is);
-  CHECK(darker < 1.25 * as_it_is);
-  CHECK(darker < 0.8 * darker_without);
 }

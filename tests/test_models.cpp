@@ -258,7 +258,9 @@ TEST_CASE("glTF: embedded texture, node transforms, v downwards in the file") {
   const Mesh mesh = io::load_model(folder / "m.gltf");
   const std::vector<Corner> corners = corners_of(mesh);
   REQUIRE(corners.size() == 3);
-  CHECK(texture_of_triangle(mesh, 0).rgba == small_texture().rgba);
+  Texture opaque = small_texture();
+  for (std::size_t i = 3; i < opaque.rgba.size(); i += 4) opaque.rgba[i] = 255;  // as the material is, by default
+  CHECK(texture_of_triangle(mesh, 0).rgba == opaque.rgba);
   CHECK(mesh.materials[0].name == "paper");
   int seen = 0;
   for (const Corner& corner : corners) {
@@ -384,11 +386,13 @@ TEST_CASE("The unit check names the likely unit") {
   };
   const auto warning = [&box](float size) { return io::unit_warning(box(size), {}, {}).value_or(""); };
   CHECK(warning(150) == "the object is 150 m across: are its coordinates millimetres? pass --model-scale 0.001");
-  CHECK(warning(15) == "the object is 15 m across: are its coordinates centimetres? pass --model-scale 0.01");
+  CHECK(warning(45) ==
+        "the object is 45 m across: are its coordinates centimetres or inches? pass "
+        "--model-scale 0.01 or 0.0254");
   CHECK(warning(2e5F).find("micrometres? pass --model-scale 1e-06") != std::string::npos);
   CHECK(warning(2e-4F).find("0.2 mm across") != std::string::npos);
   CHECK(warning(2e-4F).find("--model-scale by 1000") != std::string::npos);
-  for (const float plausible : {0.0011F, 0.05F, 0.15F, 2.0F, 9.9F}) {
+  for (const float plausible : {0.0011F, 0.05F, 0.15F, 2.0F, 9.9F, 12.0F, 29.0F}) {
     CHECK(warning(plausible).empty());
   }
 
@@ -407,6 +411,11 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(0.15F, 600).find("600 m away") != std::string::npos);
   CHECK(at(0.15F, 600).find("millimetres") != std::string::npos);
   CHECK(at(5, 0.1).find("--model-scale 0.001") != std::string::npos);  // a 5 mm object in millimetres
+  CHECK(at(150, 0.6).find("millimetres? pass --model-scale 0.001") != std::string::npos);
+  CHECK(at(15, 0.6).find("centimetres or inches? pass --model-scale 0.01 or 0.0254") != std::string::npos);
+  CHECK(at(9, 0.4).find("inches") != std::string::npos);
+  CHECK(at(12, 30).empty());  // a lorry
+  CHECK(at(40, 90).empty());  // an aeroplane
   const auto seen_by = [&](int width, int height, double fx, double fy) {
     const Camera lens{width, height, fx, fy, 0.5 * (width - 1), 0.5 * (height - 1), {}};
     Pose pose = Pose::Identity();

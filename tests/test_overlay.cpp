@@ -193,7 +193,7 @@ TEST_CASE("an overlay's labels do not touch, however narrow the picture and long
     tracked.mask.height = camera.height;
     tracked.mask.classes.assign(static_cast<std::size_t>(camera.width) * camera.height, 6);  // a large number
     for (const std::string& reason : {std::string(), std::string(150, 'm')}) {
-      tracked.result.reason = reason;
+      tracked.result.message = reason;
       const cv::Mat picture = overlay.overlay_picture(tracked).clone();
       const int panel = picture.cols / 2;
       const cv::Mat strip = picture.rowRange(picture.rows - 50, picture.rows);

@@ -35,11 +35,11 @@ struct CountingParts {
       frame.index = read++;
       return true;
     };
-    parts.track = [](TrackedFrame& tracked) { tracked.result.visible_pixels = static_cast<int>(tracked.frame.index); };
+    parts.track = [](TrackedFrame& tracked) { tracked.result.iterations = static_cast<int>(tracked.frame.index); };
     parts.is_pictured = [](std::int64_t) { return false; };
     parts.write = [this](TrackedFrame& tracked) {
       written.push_back(tracked.frame.index);
-      results.push_back(tracked.result.visible_pixels);
+      results.push_back(tracked.result.iterations);
       pictures.push_back(tracked.pictured ? tracked.frame.image.at<int>(0, 0) : -1);
     };
     parts.is_interrupted = [] { return false; };
@@ -179,21 +179,6 @@ TEST_CASE("an interrupted pipeline finishes the frames it has tracked") {
   CHECK(report.interrupted);
   CHECK_FALSE(report.failure);
   CHECK(counting.written == numbers_up_to(25));
-}
-
-TEST_CASE("what can be done ahead is done after each frame of a live input, and for no recorded one") {
-  for (const bool live : {true, false}) {
-    CAPTURE(live);
-    CountingParts counting(20);
-    counting.parts.live = live;
-    int tracked = 0;
-    std::vector<int> ahead_of;
-    counting.parts.track = [&](TrackedFrame&) { ++tracked; };
-    counting.parts.ahead = [&] { ahead_of.push_back(tracked + 1); };
-    run_pipeline(counting.parts);
-    CHECK(ahead_of.size() == static_cast<std::size_t>(live ? tracked : 0));
-    for (std::size_t i = 0; i < ahead_of.size(); ++i) CHECK(ahead_of[i] == static_cast<int>(i) + 2);
-  }
 }
 
 TEST_CASE("a live input drops the oldest frames when tracking is slow, a recorded one none") {

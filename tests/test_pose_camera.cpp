@@ -209,6 +209,26 @@ TEST_CASE("A pose that is no rigid motion is an error") {
   CHECK(error_of([&] { validate_pose(pose); }).code() == ErrorCode::pose);
 }
 
+TEST_CASE("A fisheye's projection is OpenCV's") {
+  Camera camera = kCamera;
+  camera.lens = LensModel::fisheye;
+  const cv::Matx33d K(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+  for (const cv::Vec4d& model : {cv::Vec4d(0, 0, 0, 0), cv::Vec4d(0.05, -0.01, 0.004, -0.0006)}) {
+    std::copy_n(model.val, 4, camera.distortion.begin());
+    CHECK(camera.has_distortion());
+    std::vector<cv::Point3d> points;
+    for (double x = -3; x <= 3; x += 0.5) {
+      for (double y = -2; y <= 2; y += 0.5) points.emplace_back(x, y, 1.1);
+    }
+    std::vector<cv::Point2d> pixels;
+    cv::fisheye::projectPoints(points, pixels, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), K, model);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector2d ideal = camera.project({points[i].x, points[i].y, points[i].z});
+      CHECK((camera.distort(ideal) - Eigen::Vector2d(pixels[i].x, pixels[i].y)).norm() < 1e-9);
+    }
+  }
+}
+
 TEST_CASE("Projection and distortion are OpenCV's") {
   const std::array<std::array<double, 8>, 4> models = {{{},
                                                         {-0.28, 0.09, 0, 0, 0, 0, 0, 0},

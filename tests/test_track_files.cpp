@@ -42,18 +42,21 @@ TrackedFrame make_frame(int index, Status status, double angle) {
   tracked.ordinal = index;
   holdfast::FrameResult& result = tracked.result;
   result.status = status;
-  result.reason = status == Status::lost ? "covered, \"too\" much" : "";
+  result.message = status == Status::lost ? "covered, \"too\" much" : "";
   result.T_camera_object = Pose(Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -3).normalized()));
   result.T_camera_object.translation() = Eigen::Vector3d(0.1 + index * 1e-7, -0.25, 1.0 / 3.0);
-  result.visible_pixels = 5000 + index;
-  result.usable_pixels = 4000 + index;
-  result.gradient_pixels = 3000 + index;
-  result.passed_pixels = 2000 + index;
-  result.used_pixels = 1000 + index;
-  result.residual = 0.01 * (index + 1);
-  result.correlation = 0.9;
+  result.texture = {.asked = true,
+                    .holds = true,
+                    .visible_pixels = 5000 + index,
+                    .usable_pixels = 4000 + index,
+                    .gradient_pixels = 3000 + index,
+                    .passed_pixels = 2000 + index,
+                    .used_pixels = 1000 + index,
+                    .residual = 0.01 * (index + 1),
+                    .correlation = 0.9};
+  result.contour = {.asked = true, .lines = 100, .telling_lines = 90, .near_lines = 80, .agreement = 0.7};
   result.iterations = 7;
-  result.ms = {0.1, 0.2, 0.3, 0.4, 0.5, 2.0 + index};
+  result.ms = {0.1, 0.2, 0.3, 0.4, 0.5, 0.05, 2.0 + index};
   result.information(2, 3) = 42.5;
   return tracked;
 }
@@ -85,10 +88,11 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   const TemporaryFolder folder;
   CsvWriter writer(folder / "poses.csv");
   const std::vector<std::string> header = fields_of(lines_of(folder / "poses.csv").at(0));
-  REQUIRE(header == std::vector<std::string>{"frame",    "time_s", "status",    "tx",       "ty",          "tz",
-                                             "qx",       "qy",     "qz",        "qw",       "visible",     "usable",
-                                             "gradient", "passed", "used",      "residual", "correlation", "iterations",
-                                             "ms",       "reason", "by_outline"});
+  REQUIRE(header == std::vector<std::string>{
+                        "frame",        "time_s",   "status",      "tx",         "ty",     "tz",       "qx",
+                        "qy",           "qz",       "qw",          "visible",    "usable", "gradient", "passed",
+                        "used",         "residual", "correlation", "iterations", "ms",     "reason",   "texture_holds",
+                        "contour_holds"});
   int index = 0;
   for (const double angle : kAngles) {
     const TrackedFrame tracked = make_frame(index, Status::held, angle);
@@ -110,11 +114,12 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   }
   writer.write(make_frame(9, Status::lost, 0));
   CHECK(lines_of(folder / "poses.csv").back().find(",lost,") != std::string::npos);
-  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\",0"));
-  TrackedFrame by_outline = make_frame(10, Status::held, 0);
-  by_outline.result.by_outline = true;
-  writer.write(by_outline);
-  CHECK(lines_of(folder / "poses.csv").back().ends_with(",,1"));
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\",1,0"));
+  TrackedFrame by_contour = make_frame(10, Status::held, 0);
+  by_contour.result.texture.holds = false;
+  by_contour.result.contour.holds = true;
+  writer.write(by_contour);
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",,0,1"));
 }
 
 TEST_CASE("a TUM file holds the frames that are held") {
@@ -144,7 +149,8 @@ TEST_CASE("a JSON file is valid after every frame") {
     CHECK(so_far["run"]["input"] == "a \"b\"");
     CHECK(so_far["frames"].size() == static_cast<std::size_t>(i));
     TrackedFrame tracked = make_frame(i, i == 3 ? Status::lost : Status::held, kAngles[i]);
-    tracked.result.by_outline = i == 1;
+    tracked.result.texture.holds = i != 1;
+    tracked.result.contour.holds = true;
     writer.write(tracked);
     figures.add(tracked);
   }
@@ -161,10 +167,15 @@ TEST_CASE("a JSON file is valid after every frame") {
   CHECK(frame["information"][2][3].get<double>() == 42.5);
   CHECK(frame["pixels"]["used"] == 1003);
   CHECK(frame["ms"]["total"].get<double>() == 5.0);
-  CHECK(frame["by_outline"] == false);
-  CHECK(whole["frames"][1]["by_outline"] == true);
+  CHECK(frame["texture_holds"] == true);
+  CHECK(whole["frames"][1]["texture_holds"] == false);
+  CHECK(frame["contour_holds"] == true);
+  CHECK(frame["contour"]["lines"] == 100);
+  CHECK(frame["contour"]["near"] == 80);
+  CHECK(frame["contour"]["agreement"] == 0.7);
+  CHECK(frame["ms"]["contour"] == 0.05);
   CHECK(whole["summary"]["held"] == 4);
-  CHECK(whole["summary"]["held_by_outline"] == 1);
+  CHECK(whole["summary"]["held_by_contour"] == 1);
   CHECK(whole["summary"]["lost_ranges"] == nlohmann::json::parse("[[3, 3]]"));
   CHECK(whole["summary"]["complete"] == true);
   CHECK(whole["summary"]["frames_per_second"].get<double>() == 2.5);
@@ -369,26 +380,27 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(text.find("reading is the slowest") != std::string::npos);
 }
 
-TEST_CASE("a summary's residuals are in one unit: the texture's, or the outline's where there is no other") {
-  const auto summary_of = [](int by_outline) {
+TEST_CASE("a summary's residuals are in one unit: the texture's, or the contour's where there is no other") {
+  const auto summary_of = [](int by_contour) {
     SummaryBuilder builder;
     for (int i = 0; i < 5; ++i) {
       TrackedFrame tracked = make_frame(i, Status::held, 0);
-      tracked.result.by_outline = i < by_outline;
-      if (tracked.result.by_outline) tracked.result.residual = 0.5;
+      tracked.result.contour.residual = 0.5;
+      tracked.result.contour.holds = true;
+      tracked.result.texture.holds = i >= by_contour;
       builder.add(tracked);
     }
     return builder.summary({});
   };
   const RunSummary some = summary_of(3);
-  CHECK(some.held_by_outline == 3);
+  CHECK(some.held_by_contour == 3);
   CHECK(some.median_residual == doctest::Approx(0.045));
-  CHECK(summary_text(some).find("outline  3 of the frames held") != std::string::npos);
+  CHECK(summary_text(some).find("contour  3 of the frames held") != std::string::npos);
   CHECK(summary_text(some).find("residual 0.0450\n") != std::string::npos);
   const RunSummary all = summary_of(5);
   CHECK(all.median_residual == 0.5);
-  CHECK(summary_text(all).find("lines across the outline used, residual 0.5000 pixels") != std::string::npos);
-  CHECK(summary_text(summary_of(0)).find("outline") == std::string::npos);
+  CHECK(summary_text(all).find("lines across the contour used, residual 0.5000 pixels") != std::string::npos);
+  CHECK(summary_text(summary_of(0)).find("  contour") == std::string::npos);
 }
 
 TEST_CASE("progress tells what is known") {

@@ -34,7 +34,8 @@ TEST_CASE("the object gone: lost, with a reason; back at the same place: held") 
   for (int i = 0; i < 3; ++i) {
     const FrameResult lost = tracker.track(view_of(empty));
     CHECK(lost.status == Status::lost);
-    CHECK_FALSE(lost.reason.empty());
+    CHECK(lost.reason != Reason::none);
+    CHECK_FALSE(lost.message.empty());
   }
   const FrameResult back = tracker.track(view_of(frame));
   CHECK(back.status == Status::held);
@@ -134,9 +135,9 @@ TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself
     const Sequence sequence(box(), options);
     const cv::Mat hidden = clutter(sequence.camera());
     for (const TrackerOptions& options_of_mode : {TrackerOptions(), TrackerOptions::fast()}) {
-      CAPTURE(options_of_mode.most_pixels);
+      CAPTURE(static_cast<int>(options_of_mode.quality));
       // Fast mode may have three times the error (README).
-      const double allowed = options_of_mode.mode == Mode::fast ? 3 : 1;
+      const double allowed = options_of_mode.quality == Quality::fast ? 3 : 1;
       Tracker tracker(box(), sequence.camera(), options_of_mode);
       tracker.reset(sequence.pose(0));
       for (int i = 0; i < kBack + 14; ++i) {
@@ -177,4 +178,42 @@ TEST_CASE("partly outside the frame, and leaving it") {
     }
   }
   CHECK(lost < leaving.size());
+}
+
+TEST_CASE("with little time a frame a lost object is found too, in more frames") {
+  SequenceOptions options = paper_camera(1, 2, 31);
+  Pose away = Pose::Identity();
+  away.linear() = simulation::MotionOptions::default_orientation();
+  away.translation() = Eigen::Vector3d(-0.12, 0.0, 0.85);
+  options.motion.T_camera_object = {away};
+  const Sequence sequence(box(), options);
+  const cv::Mat seen = sequence.frame(0), gone = clutter(sequence.camera());
+  // Elsewhere, and turned so far that the last appearance is not like it.
+  Pose T_brought = away;
+  T_brought.linear() = Eigen::AngleAxisd(35 / kDegrees, Eigen::Vector3d(1, 0.5, -0.2).normalized()) * away.linear();
+  T_brought.translation() = Eigen::Vector3d(0.16, 0.02, 0.8);
+  options.motion.T_camera_object = {T_brought};
+  const Sequence back(box(), options);
+  const cv::Mat brought = back.frame(0);
+  int frames_before = 0;
+  for (const double budget_ms : {5.0, 25.0, 400.0}) {
+    CAPTURE(budget_ms);
+    TrackerOptions limited;
+    limited.recovery_budget_ms = budget_ms;
+    Tracker tracker(box(), sequence.camera(), limited);
+    tracker.reset(sequence.pose(0));
+    CHECK(tracker.track(view_of(seen)).status == Status::held);
+    for (int i = 0; i < 3; ++i) CHECK(tracker.track(view_of(gone)).status == Status::lost);
+    int frames = 0;
+    FrameResult result;
+    do {
+      result = tracker.track(view_of(brought));
+      ++frames;
+    } while (result.status != Status::held && frames < 60);
+    CHECK(result.status == Status::held);
+    CHECK(pose_error(T_brought, result.T_camera_object).millimetres < 3);
+    MESSAGE("found again after ", frames, " frames with ", budget_ms, " ms");
+    if (frames_before > 0) CHECK(frames <= frames_before);
+    frames_before = frames;
+  }
 }

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <memory>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -31,13 +29,6 @@ class Run {
     frame_ = (frame_ + 1) % scene_.images.size();
     if (result.status == Status::lost) tracker_.reset(scene_.T_camera_object[frame_]);
     return result;
-  }
-
-  /// What the next frame is compared with first is drawn, and some time passes, as between a camera's frames.
-  FrameResult next_drawn_ahead() {
-    tracker_.draw_ahead();
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    return next();
   }
 
   /// From a pose half a pixel off the true one: the same for whatever is compared.
@@ -76,10 +67,10 @@ void track_frames(benchmark::State& state, Run& run, const Next& next) {
       {"filter_ms", [](const FrameResult& r) { return r.ms.filter; }, {}},
       {"search_ms", [](const FrameResult& r) { return r.ms.search; }, {}},
       {"solve_ms", [](const FrameResult& r) { return r.ms.solve; }, {}},
-      {"ahead_ms", [](const FrameResult& r) { return r.ms.ahead; }, {}},
+      {"contour_ms", [](const FrameResult& r) { return r.ms.contour; }, {}},
       {"solutions", [](const FrameResult& r) { return static_cast<double>(r.iterations); }, {}},
-      {"used", [](const FrameResult& r) { return static_cast<double>(r.used_pixels); }, {}},
-      {"visible", [](const FrameResult& r) { return static_cast<double>(r.visible_pixels); }, {}},
+      {"used", [](const FrameResult& r) { return static_cast<double>(r.texture.used_pixels); }, {}},
+      {"visible", [](const FrameResult& r) { return static_cast<double>(r.visible_pixels()); }, {}},
   }};
   double lost = 0, largest_error = 0;
   for (auto _ : state) {
@@ -94,7 +85,6 @@ void track_frames(benchmark::State& state, Run& run, const Next& next) {
 }
 
 constexpr auto kTrack = [](Run& run) { return run.next(); };
-constexpr auto kTrackDrawnAhead = [](Run& run) { return run.next_drawn_ahead(); };
 constexpr auto kRefine = [](Run& run) { return run.next_refined(); };
 
 /// `pieces`: the mesh's triangles are cut into pieces x pieces.
@@ -130,11 +120,8 @@ const std::array<NamedMode, 3>& modes() {
 void register_frames(Scenes& scenes) {
   for (const FrameSize& size : kFrameSizes) {
     for (const NamedMode& mode : modes()) {
-      const std::string name = std::string(mode.name) + "/" + size.name();
-      register_frame("frame/" + name, scenes, size.scene(), mode.options, kTrack);
-      register_frame("ahead/" + name, scenes, size.scene(), mode.options, kTrackDrawnAhead);
+      register_frame(std::string("frame/") + mode.name + "/" + size.name(), scenes, size.scene(), mode.options, kTrack);
     }
-    register_frame("frame/published/" + size.name(), scenes, size.scene(), TrackerOptions::published(), kTrack);
   }
 }
 
@@ -158,10 +145,10 @@ void register_sweeps(Scenes& scenes) {
                      pieces);
     }
   }
-  for (const int iterations : {1, 2, 3, 5, 8}) {
+  for (const int levels : {1, 2, 3, 4}) {
     TrackerOptions options;
-    options.iterations = iterations;
-    register_frame("iterations/default/" + std::to_string(iterations), scenes, {640, 480, 32000, 24}, options, kTrack);
+    options.levels = levels;
+    register_frame("levels/default/" + std::to_string(levels), scenes, {640, 480, 32000, 24}, options, kTrack);
   }
 }
 

@@ -89,7 +89,7 @@ nlohmann::json profile_frames(DeviceLimits& limits, const Scene& scene, const Tr
     const double frames = static_cast<double>(sum.milliseconds.size());
     kernels[name] = {{"calls", sum.calls / frames}, {"ms", median(sum.milliseconds)}, {"region", sum.region / frames}};
   }
-  if (options.mode == Mode::paper) {
+  if (options.quality == Quality::paper) {
     ActivePixels sum;
     for (std::size_t i = 0; i < count; ++i) {
       tracker.track(scene.frame(i));

@@ -41,12 +41,12 @@ def stages(result, path):
 
 
 def sweeps(result, path):
-    """ms a frame against sizes of object, frame and mesh, and against the most iterations."""
+    """ms a frame against sizes of object, frame and mesh, and against the most pyramid levels."""
     panels = (("object_pixels", "thousand pixels of the object", lambda value: int(value) / 1e3, "linear"),
               ("frame_size", "million pixels of the frame (object fixed)",
                lambda value: int(value.split("x")[0]) * int(value.split("x")[1]) / 1e6, "linear"),
               ("triangles", "triangles", int, "log"),
-              ("iterations", "most iterations a level", int, "linear"))
+              ("levels", "most pyramid levels", int, "linear"))
     figure, axes = pyplot.subplots(1, len(panels), figsize=(13, 3.4))
     for axis, (sweep, label, x_of, scale) in zip(axes, panels):
         for mode in MODES:

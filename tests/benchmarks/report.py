@@ -6,7 +6,6 @@ import sys
 
 SIZES = ("512x256", "640x480", "1280x720")
 MODES = ("default", "fast", "paper")
-FRAME_MODES = (*MODES, "published")
 # Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
 # one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
 # kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode); pixel_planes and
@@ -51,31 +50,18 @@ def frames(result):
     for threads, runs in result["threads"].items():
         rows = []
         for size in SIZES:
-            for mode in FRAME_MODES:
+            for mode in MODES:
                 run = runs[f"frame/{mode}/{size}"]
                 total, a = run["frame_ms"], reference(runs, size)
                 rows.append([f"{mode} {size}", f"{total:.2f}"]
-                            + [f"{run[stage + '_ms']:.2f}" for stage in ("upload", "render", "filter", "search", "solve")]
+                            + [f"{run[stage + '_ms']:.2f}" for stage in ("upload", "render", "filter", "search", "solve", "contour")]
                             + [f"{run['solutions']:.0f}", f"{a:.2f}", f"{total / a:.2f}",
                                f"{run['without_render_ms'] / a:.2f}", f"{run['cpu_time']:.2f}",
                                f"{run['cpu_time'] / runs[f'opencv/{size}']['cpu_time']:.2f}",
                                f"{100 * run['lost']:.0f} %", f"{run['worst_mm']:.2f}"])
         table(f"Whole frames, {threads_text(threads)}: ms a frame; (a) is OpenCV blurring and differentiating two images",
-              ["", "frame", "upload", "render", "filter", "search", "solve", "solutions", "(a)", "frame/(a)",
+              ["", "frame", "upload", "render", "filter", "search", "solve", "contour", "solutions", "(a)", "frame/(a)",
                "no render/(a)", "CPU", "CPU/(a)", "lost", "worst mm"], rows)
-
-
-def drawn_ahead(result):
-    rows = []
-    for threads, runs in result["threads"].items():
-        for size in SIZES:
-            for mode in MODES:
-                whole, run = runs[f"frame/{mode}/{size}"]["frame_ms"], runs[f"ahead/{mode}/{size}"]
-                a = reference(runs, size)
-                rows.append([f"{mode} {size}, {threads_text(threads)}", f"{run['ahead_ms']:.2f}", f"{run['frame_ms']:.2f}",
-                             f"{run['frame_ms'] / whole:.2f}", f"{run['frame_ms'] / a:.2f}"])
-    table("Drawn ahead: ms before a frame comes, and from the frame to its pose",
-          ["", "before", "from the frame", "of a whole frame", "/(a)"], rows)
 
 
 def limits(result):
@@ -134,7 +120,7 @@ def occlusion(result):
 
 def sweeps(result):
     titles = {"object_pixels": "pixels of the object (640x480)", "frame_size": "size of the frame (20,000 pixels of object)",
-              "triangles": "triangles (32,000 pixels of object)", "iterations": "most iterations a level"}
+              "triangles": "triangles (32,000 pixels of object)", "levels": "most pyramid levels"}
     for sweep, title in titles.items():
         rows = []
         for name, run in result["sweeps"].items():
@@ -159,7 +145,7 @@ def against(result, baseline):
     rows = []
     for threads, runs in result["threads"].items():
         for size in SIZES:
-            for mode in FRAME_MODES:
+            for mode in MODES:
                 name = f"frame/{mode}/{size}"
                 before = baseline["threads"].get(threads, {})
                 if name not in before:
@@ -177,7 +163,6 @@ def main(paths):
     print(f"{machine['device']}; {machine['num_cpus']} cores, load {machine['load_avg'][0]:.1f} at the end;"
           f" {machine['date']}\n")
     frames(result)
-    drawn_ahead(result)
     limits(result)
     occlusion(result)
     first(result)

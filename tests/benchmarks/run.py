@@ -115,13 +115,13 @@ def main():
     environments = {1: one_thread(holdfast), 2: None}
     for threads in counts:
         print(f"bench: whole frames, {threads} thread{'s' if threads > 1 else ''}", flush=True)
-        run = run_benchmarks(program, threads, "frame/|ahead/|opencv/|limit/|occlusion/", arguments.repetitions,
+        run = run_benchmarks(program, threads, "frame/|opencv/|limit/|occlusion/", arguments.repetitions,
                              environments[threads])
         result["machine"] = {key: run["context"][key] for key in ("num_cpus", "mhz_per_cpu", "load_avg", "date")}
         result["machine"]["device"] = run["context"]["device"]
         result["threads"][str(threads)] = figures_of(run)
-    print("bench: sizes of object, frame and mesh, and iterations, 1 thread", flush=True)
-    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|iterations/", arguments.repetitions,
+    print("bench: sizes of object, frame and mesh, and levels, 1 thread", flush=True)
+    sweeps = run_benchmarks(program, 1, "object_pixels/|frame_size/|triangles/|levels/", arguments.repetitions,
                             environments[1])
     result["sweeps"] = figures_of(sweeps)
     for threads in counts:

@@ -1,12 +1,12 @@
 #!/bin/sh
-# shared.sh SOURCE BUILD FOLDER CXX: builds Holdfast as shared libraries below FOLDER, compares what they show with what
-# the program of the static build in BUILD takes from them, installs them and runs the consumer against them.
+# shared.sh SOURCE BUILD FOLDER CXX: links Holdfast as shared libraries below FOLDER from the objects of the static build
+# in BUILD, installs them, compares what they show with what the program takes from them, and runs the consumer.
 set -eu
 source=$1 build=$2 folder=$3 compiler=$4
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$folder"
-cmake -S "$source" -B "$folder/build" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Debug -DBUILD_SHARED_LIBS=ON \
-  -DHOLDFAST_BUILD_APPS=OFF -DCMAKE_INSTALL_PREFIX="$folder/installed"
+cmake -S "$source" -B "$folder/build" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=ON \
+  -DHOLDFAST_BUILD_APPS=OFF -DHOLDFAST_OBJECTS="$build/tests/objects" -DCMAKE_INSTALL_PREFIX="$folder/installed"
 cmake --build "$folder/build" --parallel "$(nproc)"
 rm -rf "$folder/installed"
 cmake --install "$folder/build"

@@ -54,6 +54,8 @@ ProgramRun run_holdfast(const Arguments& arguments, const TemporaryFolder& folde
   return run_program(HOLDFAST_PROGRAM, arguments, folder.path(), environment);
 }
 
+std::string program_path() { return HOLDFAST_PROGRAM; }
+
 void check_error(const ProgramRun& run, int exit_code, const std::vector<std::string>& words) {
   CAPTURE(run.err);
   CHECK(run.exit_code == exit_code);

@@ -26,6 +26,9 @@ ProgramRun run_program(const std::filesystem::path& program, const Arguments& ar
 /// The same for the built program.
 ProgramRun run_holdfast(const Arguments& arguments, const TemporaryFolder& folder, const Environment& environment = {});
 
+/// Where the built program is.
+std::string program_path();
+
 /// That it failed with this code, and said why in one line with all of `words`.
 void check_error(const ProgramRun& run, int exit_code, const std::vector<std::string>& words);
 

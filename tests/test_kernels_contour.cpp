@@ -10,10 +10,10 @@
 #include <optional>
 #include <random>
 
-#include "contour/object_colors.hpp"
-#include "contour/outline_points.hpp"
+#include "contour/color_histograms.hpp"
+#include "contour/contour_points.hpp"
 #include "holdfast/pose.hpp"
-#include "solve/solver.hpp"
+#include "solve/conditioning.hpp"
 #include "support/kernel_checks.hpp"
 
 namespace {
@@ -61,7 +61,7 @@ struct Setting {
   kernel::hf_outline outline{};
   std::vector<float> share;
 
-  Setting(Size size, Planes pixels) : level(level_of(size)), frame(std::move(pixels)), share(ObjectColors::kBins) {
+  Setting(Size size, Planes pixels) : level(level_of(size)), frame(std::move(pixels)), share(ColorHistograms::kBins) {
     outline.fx = static_cast<float>(level.camera.fx);
     outline.fy = static_cast<float>(level.camera.fy);
     outline.cx = static_cast<float>(level.camera.cx);
@@ -107,7 +107,7 @@ struct Setting {
     return x >= r.x && y >= r.y && x < r.x + r.width && y < r.y + r.height;
   }
 
-  ReferenceLine line(const OutlinePoint& point) const {
+  ReferenceLine line(const ContourPoint& point) const {
     ReferenceLine line;
     line.p = D() * point.p_camera.cast<double>();
     line.normal = (D().linear().topLeftCorner<2, 2>() * point.normal.cast<double>()).normalized();
@@ -169,7 +169,7 @@ std::optional<Edge> edge_by_shares(const kernel::hf_outline& o, const std::vecto
 }
 
 /// d(pixel along the normal) / d(conditioned twist), by the chain rule.
-Vector6 reference_row(const Setting& setting, const OutlinePoint& point, const ReferenceLine& line) {
+Vector6 reference_row(const Setting& setting, const ContourPoint& point, const ReferenceLine& line) {
   const kernel::hf_outline& o = setting.outline;
   const Eigen::Vector3d center(static_cast<double>(o.center[0]), static_cast<double>(o.center[1]),
                                static_cast<double>(o.center[2]));
@@ -188,7 +188,7 @@ double soft_sign(double x, const kernel::hf_outline& o) {
 }
 
 /// Nothing where too few pixels of the line are seen; `unsure` where that hangs by float.
-std::optional<Told> reference_told(const Setting& setting, const OutlinePoint& point, bool& unsure) {
+std::optional<Told> reference_told(const Setting& setting, const ContourPoint& point, bool& unsure) {
   const kernel::hf_outline& o = setting.outline;
   const ReferenceLine line = setting.line(point);
   unsure = line.ambiguous;
@@ -228,7 +228,9 @@ std::optional<Told> reference_told(const Setting& setting, const OutlinePoint& p
   told.weight = told.information;
   if (o.by_shares != 0) {
     const std::optional<Edge> edge = edge_by_shares(o, line.passed);
-    told.distance = edge ? edge->offset : 0;
+    // The more colours vary beside their contrast, the more the edge is where colours alone put it.
+    const double trust = edge ? 1 / (1 + edge->doubt / static_cast<double>(HF_CONTOUR_DOUBT)) : 0;
+    told.distance = edge ? trust * edge->offset + (1 - trust) * by_colors : 0;
     const double agreed = 1 / (1 + by_colors * by_colors / static_cast<double>(HF_OUTLINE_AGREED2));
     told.weight *= edge ? agreed / (static_cast<double>(HF_OUTLINE_LEAST_DOUBT) + edge->doubt) : 0;
   }
@@ -240,7 +242,7 @@ std::optional<Told> reference_told(const Setting& setting, const OutlinePoint& p
 
 /// Runs a kernel over the lines; work-items beyond them must write nothing.
 template <typename T>
-std::vector<T> run_lines(const Device::Impl& device, const Setting& setting, const std::vector<OutlinePoint>& points,
+std::vector<T> run_lines(const Device::Impl& device, const Setting& setting, const std::vector<ContourPoint>& points,
                          const char* name, std::size_t values, T untouched) {
   const std::size_t items = (points.size() + HF_GROUP - 1) / HF_GROUP * HF_GROUP;
   const cl::Buffer frame = upload(device, to_memory(setting.frame, setting.level)), lines = upload(device, points);
@@ -264,12 +266,12 @@ std::vector<T> run_lines(const Device::Impl& device, const Setting& setting, con
 }
 
 std::vector<int> run_colors(const Device::Impl& device, const Setting& setting,
-                            const std::vector<OutlinePoint>& points) {
+                            const std::vector<ContourPoint>& points) {
   return run_lines<int>(device, setting, points, "outline_colors", kBinsOfLine, static_cast<int>(kUntouched));
 }
 
 std::vector<float> run_constraints(const Device::Impl& device, const Setting& setting,
-                                   const std::vector<OutlinePoint>& points) {
+                                   const std::vector<ContourPoint>& points) {
   return run_lines<float>(device, setting, points, "outline_constraints", HF_OUTLINE_SUMS, kUntouched);
 }
 
@@ -315,19 +317,19 @@ Setting random_setting(Size size, unsigned seed) {
 }
 
 /// Lines that land around and beyond the region when D has moved them, none of which float may see otherwise.
-std::vector<OutlinePoint> random_points(const Setting& setting, unsigned seed) {
+std::vector<ContourPoint> random_points(const Setting& setting, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
   const Pose D_inverse = setting.D().inverse(Eigen::Affine);
   const double width = setting.frame.width, height = setting.frame.height;
-  std::vector<OutlinePoint> points;
+  std::vector<ContourPoint> points;
   while (points.size() < kLines) {
     const auto kind = points.size() % 10;
     const double around = kind == 0 ? 40 : kind < 4 ? 6 : 0;
     const Eigen::Vector2d at((width + 2 * around) * uniform(random) - around - 0.5,
                              (height + 2 * around) * uniform(random) - around - 0.5);
     const double angle = 2 * std::numbers::pi * uniform(random);
-    OutlinePoint point;
+    ContourPoint point;
     point.p_camera = (D_inverse * setting.backproject(at, 0.4 + 0.4 * uniform(random))).cast<float>();
     if (points.size() == 5) point.p_camera.z() -= 2;
     point.normal = Eigen::Vector2d(std::cos(angle), std::sin(angle)).cast<float>();
@@ -368,7 +370,7 @@ void check_told(const float* line, const Told& told, double tolerance) {
 
 void check_constraints(const Device::Impl& device, Size size) {
   Setting setting = random_setting(size, 3);
-  std::vector<OutlinePoint> points = random_points(setting, 4);
+  std::vector<ContourPoint> points = random_points(setting, 4);
   points[5].p_camera = (setting.D().inverse(Eigen::Affine) * Eigen::Vector3d(0, 0, -0.5)).cast<float>();
   // A pixel's place on a large frame has fewer bits left behind the point.
   const double tolerance = 1e-5 + 4e-7 * std::max(size.width, size.height);
@@ -405,7 +407,7 @@ void check_constraints(const Device::Impl& device, Size size) {
 
 void check_colors(const Device::Impl& device, Size size) {
   const Setting setting = random_setting(size, 5);
-  std::vector<OutlinePoint> points = random_points(setting, 6);
+  std::vector<ContourPoint> points = random_points(setting, 6);
   std::vector<int> expected(points.size() * kBinsOfLine, -1);
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (const Passed& pixel : setting.line(points[i]).passed) {
@@ -422,7 +424,7 @@ void check_colors(const Device::Impl& device, Size size) {
 /// The row of a line is what its pixel's way along the normal changes by, the normal held fixed.
 void check_row(const Device::Impl& device, Size size) {
   Setting setting = random_setting(size, 7);
-  const std::vector<OutlinePoint> points = random_points(setting, 8);
+  const std::vector<ContourPoint> points = random_points(setting, 8);
   Conditioning conditioning;
   for (int axis = 0; axis < 3; ++axis) {
     conditioning.p_camera_center(axis) = static_cast<double>(setting.outline.center[axis]);
@@ -483,16 +485,16 @@ void check_found_edge(const Device::Impl& device, Size size) {
   setting.outline.variance = 0.25F;
   setting.outline.step = 0.5F;
   for (const bool swapped : {false, true}) {
-    setting.share.assign(ObjectColors::kBins, 0.5F);
+    setting.share.assign(ColorHistograms::kBins, 0.5F);
     setting.share[static_cast<std::size_t>(bin_of(inside))] = swapped ? 0.02F : 0.98F;
     setting.share[static_cast<std::size_t>(bin_of(outside))] = swapped ? 0.98F : 0.02F;
     for (const bool by_shares : {false, true}) {
       setting.outline.by_shares = by_shares ? 1 : 0;
       for (const double offset : {-1.0, -0.4, 0.0, 0.3, 0.8}) {
         CAPTURE(offset);
-        std::vector<OutlinePoint> points;
+        std::vector<ContourPoint> points;
         for (int i = 0; i < 9; ++i) {
-          OutlinePoint point;
+          ContourPoint point;
           const Eigen::Vector2d at =
               middle + (0.4 * i - 1.6) * Eigen::Vector2d(-normal.y(), normal.x()) - offset * normal;
           point.p_camera = setting.backproject(at, 0.6).cast<float>();

@@ -9,8 +9,8 @@
 #include <numbers>
 #include <vector>
 
-#include "contour/object_colors.hpp"
-#include "contour/outline_points.hpp"
+#include "contour/color_histograms.hpp"
+#include "contour/contour_points.hpp"
 
 namespace {
 
@@ -33,15 +33,15 @@ class Drawing {
   /// Of the slanted plane on which the shapes lie, metres.
   static double z(double x, double y) { return 0.6 + 4e-4 * (x - 100) - 3e-4 * (y - 80); }
 
-  std::vector<OutlinePoint> points(std::size_t most = 10000, int reach = kReach) const {
-    std::vector<OutlinePoint> points(3);
-    outline_points({depth_.data(), rect_, {kNear, kFar}}, camera(), most, reach, points);
+  std::vector<ContourPoint> points(std::size_t most = 10000, int reach = kReach) const {
+    std::vector<ContourPoint> points(3);
+    contour_points({depth_.data(), rect_, {kNear, kFar}}, camera(), most, reach, points);
     return points;
   }
 
   static Camera camera() { return {200, 160, 230, 210, 96, 83, {}}; }
 
-  static Eigen::Vector2d pixel(const OutlinePoint& point) { return camera().project(point.p_camera.cast<double>()); }
+  static Eigen::Vector2d pixel(const ContourPoint& point) { return camera().project(point.p_camera.cast<double>()); }
 
  private:
   static constexpr double kNear = 0.4, kFar = 0.9;
@@ -49,7 +49,7 @@ class Drawing {
   std::vector<float> depth_;
 };
 
-double degrees_between(const OutlinePoint& point, const Eigen::Vector2d& normal) {
+double degrees_between(const ContourPoint& point, const Eigen::Vector2d& normal) {
   return std::acos(std::clamp(point.normal.cast<double>().dot(normal), -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
@@ -68,10 +68,10 @@ TEST_CASE("outline points of a disc") {
   const Eigen::Vector2d center(101.3, 78.8);
   constexpr double kRadius = 40.4;
   const Drawing drawing(kDrawn, [&](double x, double y) { return (Eigen::Vector2d(x, y) - center).norm() < kRadius; });
-  const std::vector<OutlinePoint> points = drawing.points();
+  const std::vector<ContourPoint> points = drawing.points();
   CHECK(points.size() > 200);
   double sum = 0, squares = 0, worst = 0, worst_angle = 0, worst_depth = 0;
-  for (const OutlinePoint& point : points) {
+  for (const ContourPoint& point : points) {
     const Eigen::Vector2d at = Drawing::pixel(point), out = at - center;
     const double off = out.norm() - kRadius;
     sum += off;
@@ -110,8 +110,8 @@ TEST_CASE("outline points are spread evenly along the outline") {
   for (const std::size_t most : {50, 64, 100, 120, 160, 224}) {
     CAPTURE(most);
     std::array<double, 8> octants{};
-    const std::vector<OutlinePoint> points = disc.points(most);
-    for (const OutlinePoint& point : points) {
+    const std::vector<ContourPoint> points = disc.points(most);
+    for (const ContourPoint& point : points) {
       const Eigen::Vector2d at = Drawing::pixel(point);
       const double turn = std::atan2(at.y() - 78.8, at.x() - 101.3) / (2 * std::numbers::pi) + 0.5;
       octants[std::min<std::size_t>(7, static_cast<std::size_t>(8 * turn))] += 1.0 / static_cast<double>(points.size());
@@ -119,7 +119,7 @@ TEST_CASE("outline points are spread evenly along the outline") {
     CHECK(*std::min_element(octants.begin(), octants.end()) > 0.07);
     CHECK(*std::max_element(octants.begin(), octants.end()) < 0.18);
     double left = 0, right = 0;
-    for (const OutlinePoint& point : bar.points(most)) {
+    for (const ContourPoint& point : bar.points(most)) {
       left += point.normal.x() < -0.9F ? 1 : 0;
       right += point.normal.x() > 0.9F ? 1 : 0;
     }
@@ -135,10 +135,10 @@ TEST_CASE("outline points of a slanted edge") {
     const double angle = degrees * std::numbers::pi / 180;
     const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));
     const Drawing drawing(kDrawn, [&](double x, double y) { return normal.dot(Eigen::Vector2d(x, y) - middle) < 0; });
-    const std::vector<OutlinePoint> points = drawing.points();
+    const std::vector<ContourPoint> points = drawing.points();
     CHECK(points.size() > 80);
     double sum = 0, squares = 0, worst_angle = 0;
-    for (const OutlinePoint& point : points) {
+    for (const ContourPoint& point : points) {
       const Eigen::Vector2d at = Drawing::pixel(point);
       const double off = normal.dot(at - middle);
       sum += off;
@@ -162,11 +162,11 @@ TEST_CASE("outline points know how far the object and the background reach") {
     return x >= r.x && y >= r.y && x < r.x + r.width && y < r.y + r.height;
   };
   // Of the middle of an upright side, where no corner is near.
-  const auto check_side = [](const std::vector<OutlinePoint>& points, double x, double normal_x, float inside,
+  const auto check_side = [](const std::vector<ContourPoint>& points, double x, double normal_x, float inside,
                              float outside) {
     CAPTURE(x);
     int count = 0;
-    for (const OutlinePoint& point : points) {
+    for (const ContourPoint& point : points) {
       const Eigen::Vector2d at = Drawing::pixel(point);
       if (std::abs(at.x() - x) > 0.4 || std::abs(at.y() - 80) > 10) continue;
       ++count;
@@ -184,7 +184,7 @@ TEST_CASE("outline points know how far the object and the background reach") {
     check_side(points, 99.5 + width, 1, static_cast<float>(width), kReach);
   }
   const auto thread = Drawing(kDrawn, [&](double x, double y) { return box(x, y, {100, 50, 1, 60}); }).points();
-  for (const OutlinePoint& point : thread) CHECK(std::abs(Drawing::pixel(point).y() - 79.5) > 27);
+  for (const ContourPoint& point : thread) CHECK(std::abs(Drawing::pixel(point).y() - 79.5) > 27);
 
   // From the left: 7 of the object, a hole of 6, more object than is looked at.
   const auto holed = Drawing(kDrawn, [&](double x, double y) {
@@ -199,7 +199,7 @@ TEST_CASE("outline points know how far the object and the background reach") {
                          return box(x, y, {100, 40, 1, 80}) || box(x, y, {103, 40, 50, 80});
                        }).points();
   CHECK(!fringed.empty());
-  for (const OutlinePoint& point : fringed) CHECK(point.inside >= 2);
+  for (const ContourPoint& point : fringed) CHECK(point.inside >= 2);
   // What is not drawn is neither.
   const auto at_border = Drawing(kDrawn, [&](double x, double y) {
                            return box(x, y, {130, 40, 43, 80}) || box(x, y, {20, 40, 7, 80});
@@ -207,7 +207,7 @@ TEST_CASE("outline points know how far the object and the background reach") {
   check_side(at_border, 172.5, 1, kReach, 7);
   check_side(at_border, 26.5, 1, 7, kReach);
 
-  for (const OutlinePoint& point : Drawing(kDrawn, [&](double x, double y) {
+  for (const ContourPoint& point : Drawing(kDrawn, [&](double x, double y) {
                                      return box(x, y, {70, 40, 50, 80});
                                    }).points(10000, 4)) {
     CHECK(point.inside <= 4);
@@ -224,7 +224,7 @@ TEST_CASE("outline points where nothing, everything or a part of the picture is 
   const auto points =
       Drawing({120, 90, 120, 100}, [&](double x, double y) { return std::hypot(x - 190, y - 140) < 30; }).points();
   CHECK(points.size() > 60);
-  for (const OutlinePoint& point : points) {
+  for (const ContourPoint& point : points) {
     const Eigen::Vector2d at = Drawing::pixel(point);
     CHECK(at.x() < camera.width);
     CHECK(at.y() < camera.height);
@@ -232,7 +232,7 @@ TEST_CASE("outline points where nothing, everything or a part of the picture is 
 }
 
 TEST_CASE("colours are the object's as often as they are seen on its side") {
-  ObjectColors colors;
+  ColorHistograms colors;
   const auto share = [&](int bin) { return static_cast<double>(colors.share()[static_cast<std::size_t>(bin)]); };
   const auto all_even = [&] {
     return std::all_of(colors.share().begin(), colors.share().end(), [](float value) { return value == 0.5F; });
@@ -271,8 +271,8 @@ TEST_CASE("colours are the object's as often as they are seen on its side") {
 }
 
 TEST_CASE("pixels that are none teach no colour") {
-  ObjectColors colors;
-  const auto share = [](const ObjectColors& of, int bin) {
+  ColorHistograms colors;
+  const auto share = [](const ColorHistograms& of, int bin) {
     return static_cast<double>(of.share()[static_cast<std::size_t>(bin)]);
   };
   colors.learn(bins_of({7, 7, -1, 8}, {-1, -1, 8, 7}), 3);

@@ -1,0 +1,8 @@
+#include "fuzz_file.hpp"
+#include "init/point_pairs.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace holdfast;
+  return fuzz::read_as_file(data, size,
+                            [](const std::filesystem::path& path) { (void)app::load_point_pairs(path, 1.0); });
+}

@@ -1,0 +1,219 @@
+"""Arrays and files as arguments: what is taken, and what is said of what is not."""
+
+import numpy as np
+import pytest
+from conftest import distance
+
+import holdfast
+
+
+def padded(frame, by=13):
+    """The same pixels as a view of a wider picture."""
+    wide = np.full((frame.shape[0], frame.shape[1] + by, *frame.shape[2:]), 77, np.uint8)
+    wide[:, : frame.shape[1]] = frame
+    return wide[:, : frame.shape[1]]
+
+
+def pose_of(tracker, start, frame, **arguments):
+    tracker.reset(start)
+    return tracker.track(frame, **arguments).T_camera_object
+
+
+def test_formats_and_strides_of_one_picture_give_one_pose(tracker, simulation, frames):
+    start, frame = simulation.poses[0], frames[1]
+    expected = pose_of(tracker, start, frame)
+    rgb = np.ascontiguousarray(frame[:, :, ::-1])
+    rgba = np.dstack([rgb, np.zeros(rgb.shape[:2], np.uint8)])
+    assert distance(pose_of(tracker, start, padded(frame)), expected) == 0
+    assert distance(pose_of(tracker, start, rgba), expected) == 0
+    assert distance(pose_of(tracker, start, padded(rgba)), expected) == 0
+    assert distance(pose_of(tracker, start, rgb, format=holdfast.PixelFormat.rgb8), expected) == 0
+    assert distance(pose_of(tracker, start, rgb), expected) > 0  # taken for BGR
+    read_only = frame.copy()
+    read_only.flags.writeable = False
+    assert distance(pose_of(tracker, start, read_only), expected) == 0
+
+
+def test_grey_frames_are_taken(tracker, simulation, frames):
+    grey = padded(frames[1].mean(axis=2).astype(np.uint8))
+    found = pose_of(tracker, simulation.poses[0], grey)
+    assert holdfast.pose_error(simulation.poses[1], found)[0] < 0.001
+
+
+@pytest.mark.parametrize(
+    "spoil, error, words",
+    [
+        (lambda f: f.tolist(), TypeError, ["frame", "list"]),
+        (lambda f: None, TypeError, ["frame", "NoneType"]),
+        (lambda f: f.astype(np.float32), TypeError, ["frame", "uint8", "float32", "(240, 320, 3)"]),
+        (lambda f: f.astype(np.int8), TypeError, ["frame", "int8"]),
+        (lambda f: f[:, :, :2], ValueError, ["frame", "(240, 320, 2)"]),
+        (lambda f: f[None], ValueError, ["frame", "(1, 240, 320, 3)"]),
+        (lambda f: f[0, 0], ValueError, ["frame", "(3,)"]),
+        (lambda f: f[:0], ValueError, ["frame", "(0, 320, 3)"]),
+        (lambda f: f[:120], ValueError, ["frame", "240 rows", "(120, 320, 3)"]),
+        (lambda f: f[::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
+        (lambda f: f[:, ::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
+        (lambda f: f[:, :, ::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
+        (lambda f: np.asfortranarray(f), ValueError, ["frame", "strides"]),
+        (lambda f: np.broadcast_to(f[:1], f.shape), ValueError, ["frame", "strides"]),
+        (lambda f: np.dstack([f, f[:, :, :1]])[:, :, :3], ValueError, ["frame", "strides"]),
+    ],
+)
+def test_wrong_frames_are_named(tracker, frames, spoil, error, words):
+    with pytest.raises(error) as raised:
+        tracker.track(spoil(frames[0]))
+    for word in words:
+        assert word in str(raised.value)
+
+
+def test_a_format_that_does_not_fit_is_refused(tracker, frames):
+    for wrong in (holdfast.PixelFormat.rgba8, holdfast.PixelFormat.grey8, holdfast.PixelFormat.nv12):
+        with pytest.raises(ValueError, match="frame.*format"):
+            tracker.track(frames[0], format=wrong)
+
+
+@pytest.mark.parametrize(
+    "pose, error, words",
+    [
+        (np.eye(3), ValueError, ["T_camera_object", "(4, 4)", "(3, 3)"]),
+        (np.zeros(16), ValueError, ["T_camera_object", "(16,)"]),
+        ("here", TypeError, ["T_camera_object", "str"]),
+        (np.ones((4, 4)), ValueError, ["T_camera_object", "last row"]),
+    ],
+)
+def test_wrong_poses_are_named(tracker, pose, error, words):
+    with pytest.raises(error) as raised:
+        tracker.reset(pose)
+    for word in words:
+        assert word in str(raised.value)
+
+
+def test_poses_of_other_kinds_are_taken(tracker, simulation, frames):
+    start = simulation.poses[0]
+    expected = pose_of(tracker, start, frames[1])
+    for same in (start.tolist(), start[:3], np.asfortranarray(start)):
+        assert distance(pose_of(tracker, same, frames[1]), expected) == 0
+
+
+def test_the_librarys_errors_have_a_code(box, camera, tmp_path):
+    assert issubclass(holdfast.Error, RuntimeError)
+    with pytest.raises(holdfast.Error, match="no-such.obj") as raised:
+        holdfast.Tracker(tmp_path / "no-such.obj", camera)
+    assert raised.value.code == holdfast.ErrorCode.file
+    with pytest.raises(holdfast.Error) as raised:
+        holdfast.Camera(fx=-1, fy=300, cx=160, cy=120, width=320, height=240)
+    assert raised.value.code == holdfast.ErrorCode.camera
+    with pytest.raises(holdfast.Error) as raised:
+        holdfast.Device("no such device")
+    assert raised.value.code == holdfast.ErrorCode.device
+    with pytest.raises(holdfast.Error) as raised:
+        box.save(tmp_path / "no-folder" / "box.obj")
+    assert raised.value.code == holdfast.ErrorCode.output
+
+
+def test_tracking_before_reset_is_an_error(box, camera, device, frames):
+    with pytest.raises(holdfast.Error) as raised:
+        holdfast.Tracker(box, camera, device=device).track(frames[0])
+    assert raised.value.code == holdfast.ErrorCode.invalid_argument
+
+
+def test_options(box, camera, device):
+    chosen = holdfast.Tracker(box, camera, device=device, mode="fast", levels=2, occlusion={"block_vote": False})
+    expected = holdfast.default_options("fast")
+    expected["levels"] = 2
+    expected["occlusion"]["block_vote"] = False
+    assert chosen.options == expected
+    assert expected["quality"] == "fast" and expected["ablate"] == []
+    again = holdfast.Tracker(box, camera, device=device, **{**expected, "ablate": ["velocity"]})
+    assert again.options == {**expected, "ablate": ["velocity"]}
+    for wrong, words in [
+        ({"level": 2}, "no option 'level'.*levels"),
+        ({"levels": "two"}, "levels.*'two'"),
+        ({"levels": 2.5}, "levels.*2.5"),
+        ({"recovery": 1}, "recovery.*True or False"),
+        ({"quality": "best"}, "quality.*accurate, fast or paper"),
+        ({"ablate": "velocity"}, "ablate.*list of str"),
+        ({"occlusion": True}, "occlusion.*dict"),
+        ({"occlusion": {"vote": 1}}, "no option 'vote'.*vote_share"),
+    ]:
+        with pytest.raises(TypeError, match=words):
+            holdfast.Tracker(box, camera, device=device, **wrong)
+    with pytest.raises(ValueError, match="mode.*quick"):
+        holdfast.Tracker(box, camera, device=device, mode="quick")
+    with pytest.raises(holdfast.Error, match="ablate.*'luck'.*velocity"):
+        holdfast.Tracker(box, camera, device=device, ablate=["luck"])
+    with pytest.raises(holdfast.Error, match="levels") as raised:
+        holdfast.Tracker(box, camera, device=device, levels=77)
+    assert raised.value.code == holdfast.ErrorCode.invalid_argument
+
+
+def test_cameras(tmp_path):
+    k = np.array([[500.0, 0, 320], [0, 510, 240], [0, 0, 1]])
+    camera = holdfast.Camera.from_matrix(k, 640, 480, np.array([[0.1, -0.2, 0.001, 0.002, 0.05]]))
+    assert distance(camera.matrix, k) == 0
+    assert repr(camera) == "Camera(fx=500, fy=510, cx=320, cy=240, width=640, height=480, distortion=...)"
+    np.testing.assert_array_equal(camera.distortion, [0.1, -0.2, 0.001, 0.002, 0.05, 0, 0, 0])
+    camera.save(tmp_path / "camera.yml")
+    assert holdfast.Camera.load(tmp_path / "camera.yml") == camera
+    (tmp_path / "K.txt").write_text("500 510 320 240")
+    assert holdfast.Camera.load(tmp_path / "K.txt", 640, 480) == holdfast.Camera(500, 510, 320, 240, 640, 480)
+    with pytest.raises(holdfast.Error, match="size"):
+        holdfast.Camera.load(tmp_path / "K.txt")
+    with pytest.raises(ValueError, match="distortion"):
+        holdfast.Camera(500, 500, 320, 240, 640, 480, np.arange(1, 15))
+    with pytest.raises(ValueError, match=r"matrix.*\(3, 3\).*\(2, 2\)"):
+        holdfast.Camera.from_matrix(np.eye(2), 640, 480)
+
+    points = np.array([[0.1, -0.05, 0.6], [-0.2, 0.1, 1.0]])
+    pinhole = (k @ points.T).T
+    np.testing.assert_allclose(camera.project(points, distorted=False), pinhole[:, :2] / pinhole[:, 2:], rtol=1e-12)
+    x, y = points[0, :2] / points[0, 2]
+    r2 = x * x + y * y  # OpenCV's model, written out
+    radial = 1 + 0.1 * r2 - 0.2 * r2**2 + 0.05 * r2**3
+    u = 500 * (x * radial + 2 * 0.001 * x * y + 0.002 * (r2 + 2 * x * x)) + 320
+    v = 510 * (y * radial + 0.001 * (r2 + 2 * y * y) + 2 * 0.002 * x * y) + 240
+    np.testing.assert_allclose(camera.project(points)[0], [u, v], rtol=1e-9)
+
+
+def test_meshes_of_arrays_and_files(box, camera, device, simulation, frames, tmp_path):
+    expected = pose_of(holdfast.Tracker(box, camera, device=device), simulation.poses[0], frames[1])
+    box.save(tmp_path / "box.obj")
+    arrays = (box.vertices, box.faces, box.uv, box.images[0])
+
+    class Material:
+        image = box.images[0]
+
+    class Visual:
+        uv, material = box.uv, Material()
+
+    class Trimesh:
+        vertices, faces, visual = 1000 * box.vertices.astype(np.float64), box.faces, Visual()
+
+    for model, scale in [(arrays, 1), (tmp_path / "box.obj", 1), (str(tmp_path / "box.obj"), 1), (Trimesh(), 0.001)]:
+        tracker = holdfast.Tracker(model, camera, device=device, model_scale=scale)
+        assert distance(pose_of(tracker, simulation.poses[0], frames[1]), expected) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "arguments, error, words",
+    [
+        ({"vertices": np.zeros((4, 2)), "faces": [[0, 1, 2]]}, ValueError, r"vertices.*\(N, 3\).*\(4, 2\)"),
+        ({"vertices": np.eye(3), "faces": [[0.5, 1, 2]]}, ValueError, "faces"),
+        ({"vertices": np.eye(3), "faces": [[-1, 1, 2]]}, ValueError, "faces"),
+        ({"vertices": np.eye(3), "faces": [[0, 1, 3]]}, holdfast.Error, "vertex 3"),
+        ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "uv": np.zeros((2, 2))}, ValueError, r"uv.*\(3, 2\).*\(2, 2\)"),
+        ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "colors": np.zeros((3, 2))}, ValueError, r"colors.*\(3, 2\)"),
+        ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": np.zeros((4, 4, 3))}, TypeError, "image.*float64"),
+    ],
+)
+def test_wrong_meshes_are_named(arguments, error, words):
+    with pytest.raises(error, match=words):
+        holdfast.Mesh(**arguments)
+
+
+def test_models_and_cameras_of_no_known_kind(box, camera):
+    with pytest.raises(TypeError, match="model.*int"):
+        holdfast.Tracker(3, camera)
+    with pytest.raises(TypeError, match="camera.*tuple"):
+        holdfast.Tracker(box, (500, 500))

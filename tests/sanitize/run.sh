@@ -1,0 +1,16 @@
+#!/bin/sh
+# run.sh BUILD_FOLDER [CTEST FLAGS]: builds the tests with AddressSanitizer and UndefinedBehaviorSanitizer and runs those
+# that need no second OpenCL.
+set -eu
+build=$1
+shift
+here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
+jobs=${JOBS:-$(nproc)}
+cmake -S "$here/../.." -B "$build" -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_SECOND_OPENCL=OFF \
+  -DCMAKE_CXX_FLAGS="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer"
+cmake --build "$build" --parallel "$jobs"
+# Allocations that fail must fail as without sanitizers: by an exception.
+export ASAN_OPTIONS=allocator_may_return_null=1:detect_odr_violation=0
+export LSAN_OPTIONS=suppressions=$here/leaks.txt:print_suppressions=0
+cd "$build"
+ctest --output-on-failure --no-tests=error --parallel "$jobs" --exclude-regex '^(install|consumer|public_headers|batch)' "$@"
