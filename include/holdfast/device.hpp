@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,10 +45,16 @@ struct DeviceOptions {
   std::filesystem::path cache_folder;
 };
 
+/// The folder where PoCL keeps what it compiles (POCL_CACHE_DIR, else below XDG_CACHE_HOME or HOME), where that cannot
+/// be written or is full: PoCL then finds no device or compiles nothing. Nothing where all is well. Tries to write
+/// there.
+HOLDFAST_EXPORT std::optional<std::filesystem::path> unwritable_pocl_cache();
+
 /// An OpenCL device with context, in-order queue and Holdfast's compiled kernels. Copies share them.
 class HOLDFAST_EXPORT Device {
  public:
   /// Throws Error(device) when there is no usable device or the wanted one is missing; the message lists what there is.
+  /// The first of a process loads the drivers, and PoCL changes the environment then: no other thread may read it.
   /// Kernels are loaded, or compiled the first time, in a thread: what fails there, Tracker's constructor throws.
   explicit Device(const DeviceOptions& options = {});
 
