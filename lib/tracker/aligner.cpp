@@ -35,6 +35,8 @@ constexpr int kMostStride = 4;
 /// Share of the contour's information, all directions together, below which it hardly shows a motion; of a can's turn
 /// it has 0.003 to 0.007.
 constexpr double kHardly = 0.016;
+/// Reliability of texture from which what it does not show is believed not to show.
+constexpr double kTelling = 0.5;
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 
@@ -53,6 +55,7 @@ std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) 
 /// Forgets what the contour tells of motions that the texture does not show and the contour hardly: rims of round
 /// things seem to tell of their turn where they are cut into facets and pixels.
 NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn) {
+  if (texture.reliability < kTelling) return contour;  // texture that passes by chance shows nothing of any motion
   const Matrix6 B = to_camera_axes(T_drawn);
   for (int i = 0; i < texture.unobservable.count; ++i) {
     const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
