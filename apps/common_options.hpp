@@ -64,7 +64,7 @@ struct DeviceArguments {
   Device open() const { return Device(options); }
 };
 
-/// What --mode names: TrackerOptions(), fast() or paper().
+/// Value of --mode: TrackerOptions(), fast() or paper().
 enum class Preset { standard, fast, paper };
 
 /// --mode and an option for each field of TrackerOptions. What is not given keeps the mode's value.

@@ -167,7 +167,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Whether a frame shows the object near this pose.
+/// True where a frame shows the object near this pose.
 bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view) {
   try {
     follower.reset(T_camera_object);

@@ -6,7 +6,7 @@
 
 namespace holdfast::app {
 
-/// How far a point lies from a mesh's surface, metres, inside or outside.
+/// Distance of a point from a mesh's surface, metres, inside or outside.
 double distance_to_surface(const Mesh& mesh, const Eigen::Vector3d& point);
 
 }  // namespace holdfast::app

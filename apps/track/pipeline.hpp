@@ -8,7 +8,7 @@
 
 namespace holdfast::app {
 
-/// What a run does with its frames; each part is called from one thread only, track() from the caller's.
+/// Parts of a run over frames; each is called from one thread only, track() from the caller's.
 struct PipelineParts {
   std::function<bool(Frame&)> next;               ///< false at the end
   std::function<void(TrackedFrame&)> track;       ///< fills result, and mask where pictured

@@ -16,7 +16,7 @@ struct PoseReading {
   Pose T_camera_object = Pose::Identity();
 };
 
-/// What other programs' conventions would make of the numbers: OpenGL's axes, whole or half converted, camera to
+/// The pose that the numbers mean in other programs' conventions: OpenGL's axes, whole or half converted, camera to
 /// object, a model with another axis up.
 std::vector<PoseReading> other_readings(const Pose& T_camera_object);
 

@@ -24,7 +24,7 @@ namespace holdfast::python {
 
 namespace nb = nanobind;
 
-/// Of properties: each access makes a new array.
+/// Properties make a new array at each access.
 inline constexpr auto kNewArray = nb::rv_policy::automatic;
 
 /// "float64 array of shape (3, 2)" or the name of the type.
