@@ -7,7 +7,7 @@ import re
 import sys
 from pathlib import Path
 
-ROOMS = ["base", "device", "render", "image", "solve", "texture", "contour", "imaging", "motion", "judge", "recovery",
+ROOMS = ["base", "device", "render", "image", "solve", "texture", "contour", "edges", "imaging", "motion", "judge", "recovery",
          "tracker"]  # from bottom to top
 ABOVE_BASE_ONLY = "io"
 

@@ -21,7 +21,8 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
   out << "sequence,step,offset,frame,visible,counted,failed,status,reason,texture_holds,contour_holds,error_mm,error_x_"
          "mm,error_y_mm,"
          "error_z_mm,error_deg,add_mm,add_s_mm,correlation,residual,visible_pixels,usable_pixels,gradient_pixels,"
-         "passed_pixels,used_pixels,rows,contour_lines,contour_near_lines,contour_score,contour_residual,iterations,"
+         "passed_pixels,used_pixels,rows,contour_lines,contour_near_lines,contour_score,contour_residual,edge_lines,"
+         "edge_near_lines,edge_score,edge_residual,iterations,"
          "mask_used,mask_used_on_occluder,ms,ms_upload,ms_render,ms_filter,"
          "ms_search,ms_solve,ms_contour";
   // Upper triangle of FrameResult::information, row by row, and the squared error of the pose that it makes.
@@ -56,8 +57,10 @@ void write_frames_csv(const std::filesystem::path& path, const std::vector<Evalu
                          result.visible_pixels(), texture.usable_pixels, texture.gradient_pixels, texture.passed_pixels,
                          texture.used_pixels, texture.rows);
       const ContourEvidence& contour = result.contour;
-      out << fmt::format(",{},{},{:.5f},{:.4f},{}", contour.lines, contour.near_lines, contour.score(),
-                         contour.residual, result.iterations);
+      const EdgeEvidence& edges = result.edges;
+      out << fmt::format(",{},{},{:.5f},{:.4f},{},{},{:.5f},{:.4f},{}", contour.lines, contour.near_lines,
+                         contour.score(), contour.residual, edges.lines, edges.near_lines, edges.score, edges.residual,
+                         result.iterations);
       out << (record.occluder ? fmt::format(",{},{}", record.occluder->used, record.occluder->on_occluder) : ",,");
       out << fmt::format(",{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}", result.ms.total, result.ms.upload,
                          result.ms.render, result.ms.filter, result.ms.search, result.ms.solve, result.ms.contour);

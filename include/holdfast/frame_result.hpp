@@ -55,7 +55,7 @@ struct TextureEvidence {
 /// What the contour said of the pose.
 struct ContourEvidence {
   bool asked = false;      ///< it was compared on the finest level
-  bool holds = false;      ///< it would be enough alone to hold the object
+  bool holds = false;      ///< it would be enough to hold the object, with the edges and without the texture
   int visible_pixels = 0;  ///< pixels of the frame inside the silhouette
   int lines = 0;           ///< lines across the contour inside the frame
   int telling_lines = 0;   ///< of these, on which the colours of both sides can be told apart
@@ -67,6 +67,15 @@ struct ContourEvidence {
   double score() const { return lines > 0 ? agreement * near_lines / lines : 0; }
 };
 
+/// What the model's edges (creases, borders) said of the pose.
+struct EdgeEvidence {
+  bool asked = false;   ///< they were compared on the finest level
+  int lines = 0;        ///< lines across edges of the model inside the frame
+  int near_lines = 0;   ///< of these, with the most telling edge of the frame next to the model's
+  double score = 0;     ///< share of near lines beyond what chance makes, at most 1
+  double residual = 0;  ///< root of the weighted mean squared distance of the frame's edges, pixels
+};
+
 struct FrameResult {
   /// Where the object is; when it is lost a guess: where it may have been seen, or would be had it gone on as it moved.
   Pose T_camera_object = Pose::Identity();
@@ -75,6 +84,7 @@ struct FrameResult {
   std::string message;           ///< the same in words; empty when all is well
   TextureEvidence texture;
   ContourEvidence contour;
+  EdgeEvidence edges;
   int iterations = 0;  ///< solved systems, all levels and starts
   /// Covariance of the twist xi = (v, w) in T_true = T_camera_object exp(xi): object axes, metres and radians, rotation
   /// about the object's origin (equation 12 in docs/math.md), and its inverse. Zero where nothing tells the pose.

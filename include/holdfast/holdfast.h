@@ -73,13 +73,13 @@ typedef enum holdfast_reason {
 
 /** Pinhole camera; axes x right, y down, z forward; pixel centres at integers. */
 typedef struct holdfast_camera {
-  int32_t width;         /**< pixels */
-  int32_t height;        /**< pixels */
-  double fx;             /**< focal length, pixels */
-  double fy;             /**< focal length, pixels */
-  double cx;             /**< principal point, pixels */
-  double cy;             /**< principal point, pixels */
-  double distortion[8];  /**< OpenCV's k1 k2 p1 p2 k3 k4 k5 k6; all zero: none */
+  int32_t width;        /**< pixels */
+  int32_t height;       /**< pixels */
+  double fx;            /**< focal length, pixels */
+  double fy;            /**< focal length, pixels */
+  double cx;            /**< principal point, pixels */
+  double cy;            /**< principal point, pixels */
+  double distortion[8]; /**< OpenCV's k1 k2 p1 p2 k3 k4 k5 k6; all zero: none */
 } holdfast_camera;
 
 /** A frame in the caller's memory, read only during the call that it is passed to. */
@@ -93,14 +93,14 @@ typedef struct holdfast_image {
 
 /** A triangle mesh in the caller's memory, read only during the call that it is passed to. */
 typedef struct holdfast_mesh_arrays {
-  const float* positions;             /**< 3 a vertex, metres */
+  const float* positions; /**< 3 a vertex, metres */
   size_t vertex_count;
-  const uint32_t* triangles;          /**< 3 vertex indices each */
+  const uint32_t* triangles; /**< 3 vertex indices each */
   size_t triangle_count;
-  const float* texture_coordinates;   /**< 2 a vertex, v upwards; null: none */
-  const uint8_t* texture;             /**< RGBA, rows from the top (v = 1) down; null: none */
-  int32_t texture_width;              /**< texels */
-  int32_t texture_height;             /**< texels */
+  const float* texture_coordinates; /**< 2 a vertex, v upwards; null: none */
+  const uint8_t* texture;           /**< RGBA, rows from the top (v = 1) down; null: none */
+  int32_t texture_width;            /**< texels */
+  int32_t texture_height;           /**< texels */
 } holdfast_mesh_arrays;
 
 /** What the texture said of the pose. */
@@ -114,12 +114,20 @@ typedef struct holdfast_texture_evidence {
 
 /** What the contour said of the pose. */
 typedef struct holdfast_contour_evidence {
-  int32_t holds;      /**< not 0: enough alone to hold the object */
+  int32_t holds;      /**< not 0: enough to hold the object, with the edges and without the texture */
   int32_t lines;      /**< across the contour, inside the frame */
   int32_t near_lines; /**< of these, with the edge next to the contour */
   double agreement;   /**< of colours with the contour over the near lines, [-1, 1] */
   double residual;    /**< root of the weighted mean squared distance of the edges, pixels */
 } holdfast_contour_evidence;
+
+/** What the model's edges (creases, borders) said of the pose. */
+typedef struct holdfast_edge_evidence {
+  int32_t lines;      /**< across edges of the model, inside the frame */
+  int32_t near_lines; /**< of these, with the frame's edge next to the model's */
+  double score;       /**< share of near lines beyond what chance makes, at most 1 */
+  double residual;    /**< root of the weighted mean squared distance of the frame's edges, pixels */
+} holdfast_edge_evidence;
 
 /** Where the object is in a frame, and how sure that is. */
 typedef struct holdfast_result {
@@ -128,11 +136,12 @@ typedef struct holdfast_result {
   int32_t visible_pixels;     /**< of the frame that the object covers */
   holdfast_texture_evidence texture;
   holdfast_contour_evidence contour;
-  double covariance[36];      /**< 6x6, of (v, w) in T_true = T exp((v, w)): object axes; zero where nothing tells it */
-  double information[36];     /**< its inverse; zero where nothing tells the pose */
-  double milliseconds;        /**< that the frame took */
-  holdfast_reason reason;     /**< why the object is lost or hard to hold */
-  char message[256];          /**< the same in words; "" when all is well */
+  holdfast_edge_evidence edges;
+  double covariance[36];  /**< 6x6, of (v, w) in T_true = T exp((v, w)): object axes; zero where nothing tells it */
+  double information[36]; /**< its inverse; zero where nothing tells the pose */
+  double milliseconds;    /**< that the frame took */
+  holdfast_reason reason; /**< why the object is lost or hard to hold */
+  char message[256];      /**< the same in words; "" when all is well */
 } holdfast_result;
 
 typedef struct holdfast_mesh holdfast_mesh;       /**< a model */
@@ -173,8 +182,8 @@ HOLDFAST_C_EXPORT holdfast_code holdfast_tracker_create(const holdfast_mesh* mes
 HOLDFAST_C_EXPORT void holdfast_tracker_destroy(holdfast_tracker* tracker);
 
 /**
- * Sets the pose that the next frame starts from, at rest. frame: the one that this is the pose in; null: none. time_s: of
- * that frame, as in holdfast_tracker_track().
+ * Sets the pose that the next frame starts from, at rest. frame: the one that this is the pose in; null: none. time_s:
+ * of that frame, as in holdfast_tracker_track().
  */
 HOLDFAST_C_EXPORT holdfast_code holdfast_tracker_reset(holdfast_tracker* tracker, const double T_camera_object[16],
                                                        const holdfast_image* frame, double time_s);

@@ -43,7 +43,7 @@ struct HOLDFAST_EXPORT TrackerOptions {
   double recovery_budget_ms = 25;  ///< nominal time of that search in one frame, on one core; it goes on in the next
   OcclusionOptions occlusion;
   /// Names of mechanisms to leave out, for experiments: texture, robust_weights, velocity, expected_motion,
-  /// shift_search, shading, reliability.
+  /// shift_search, shading, reliability, edges.
   std::vector<std::string> ablate;
 
   /// One view and one solution a frame, with the paper's tests and thresholds, steadied by gain and

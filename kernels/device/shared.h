@@ -78,6 +78,15 @@
 #define HF_CONTOUR_DOUBT 0.15f       /* doubt at which an edge by shares counts as much as one by colours */
 #define HF_OUTLINE_LEAST_DOUBT 0.3f  /* added to the doubt that weighs shares */
 
+/* Lines across the edges of a model: floats of a line, pixels looked at on either side, edges of the frame that are
+   kept of a line and floats of each. */
+#define HF_EDGE_LINE 8 /* pixel, normal, step of colour that is usual there, 1 where that is known */
+#define HF_EDGE_REACH 10
+#define HF_EDGE_CANDIDATES 4
+#define HF_EDGE_CANDIDATE 8  /* pixels along the normal, weight 0 to 1, step of colour, 0 */
+#define HF_EDGE_NOISE2 4e-5f /* squared step of colour, all channels, that noise makes */
+#define HF_EDGE_UNLIKE 0.1f  /* weight that a step unlike the usual one keeps */
+
 #ifdef __OPENCL_VERSION__
 #define HF_INT int
 #define HF_FLOAT float
@@ -184,6 +193,11 @@ typedef struct {
   HF_INT beside, around;   /* pixels at the edge that show shares, and up to which the sides' colours are taken */
   HF_FLOAT far2;           /* square of the distance at which a line weighs half; 0: all weigh fully */
 } hf_outline;
+
+typedef struct {
+  hf_rect region; /* pixels of the level that hold the frame */
+  HF_INT count;   /* lines */
+} hf_edges;
 
 #ifndef __OPENCL_VERSION__
 }  // namespace holdfast::kernel

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/stopwatch.hpp"
 #include "holdfast/frame_result.hpp"
 
 namespace holdfast {
@@ -20,6 +19,8 @@ constexpr double kLinesPerObservation = 12;
 /// Common shift of all lines out of the object, pixels, standard deviation: what mixed pixels, blur and light do to
 /// every edge alike. It is a parameter of its own, eliminated from the sums.
 constexpr double kCommonShift = 0.2;
+/// Score from which on the contour is what its residuals say, and reliability that is always left.
+constexpr double kReliableScore = 0.8, kLeastReliability = 0.01;
 /// Least variance of a line, square pixels.
 constexpr double kLeastVariance = 1e-4;
 
@@ -41,54 +42,37 @@ NormalEquations contour_equations(const ContourSums& sums, const Pose& T_drawn) 
 }
 
 ContourModality::ContourModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
-                                 ViewTemplate& view, DeviceImage& image)
-    : levels_(levels), extent_(extent), view_(view), image_(image), constraints_(device, levels) {
-  depth_.resize(levels[0].elements);
-}
+                                 ViewTemplate& view, DepthView& shape, DeviceImage& image)
+    : levels_(levels), extent_(extent), view_(view), shape_(shape), image_(image), constraints_(device, levels) {}
 
-bool ContourModality::draw(const Pose& T_camera_object, int level_index) {
-  level_drawn_ = -1;
-  const Level& level = levels_[static_cast<std::size_t>(level_index)];
-  const Rect object = view_.bounds(T_camera_object);
-  if (object.empty()) return false;
-  const Rect wanted = grown({object.x >> level_index, object.y >> level_index, (object.width >> level_index) + 2,
-                             (object.height >> level_index) + 2},
-                            ContourConstraints::kReach + 4);
-  const Rect rect = aligned(wanted, 4, level.padded_width, level.padded_height);
-  if (rect.empty()) return false;
-  {
-    const Stopwatch watch(render_ms_);
-    drawn_.range = view_.renderer().render(T_camera_object, level.camera, rect, {nullptr, depth_.data(), rect.width});
-  }
-  drawn_.depth = depth_.data();
-  drawn_.rect = rect;
-  T_drawn_ = T_camera_object;
-  level_drawn_ = level_index;
-  constraints_.set_points(drawn_, level_index);
+bool ContourModality::draw(const Pose& T_camera_object, int level, double within_pixels) {
+  if (!shape_.draw(T_camera_object, level, within_pixels)) return false;
+  if (version_ != shape_.version()) constraints_.set_points(shape_.drawn(), level);
+  version_ = shape_.version();
   return true;
 }
 
 ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, const ContourSearch& search) {
   ContourTerms terms;
-  const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
-  if (level != level_drawn_ ||
-      corner_motion(extent_, camera, T_drawn_, T_camera_object) > (search.by_shares ? kRedraw : kCoarseRedraw)) {
-    if (!draw(T_camera_object, level)) return terms;
-  }
-  terms.visible_pixels = visible_pixels();
+  if (!draw(T_camera_object, level, search.by_shares ? kRedraw : kCoarseRedraw)) return terms;
+  terms.visible_pixels = shape_.visible_pixels();
   terms.found = constraints_.count() >= kLeastLines;
   if (!terms.found) return terms;
-  const Conditioning conditioning{T_drawn_ * extent_.p_object_center, extent_.radius};
-  const Pose D = renormalized(T_camera_object * T_drawn_.inverse());
+  const Pose& T_drawn = shape_.T_drawn();
+  const Conditioning conditioning{T_drawn * extent_.p_object_center, extent_.radius};
+  const Pose D = renormalized(T_camera_object * T_drawn.inverse());
   terms.sums = constraints_.evaluate(image_, D, conditioning, search);
-  terms.equations = contour_equations(terms.sums, T_drawn_);
+  // Colours that both sides have, and lines whose edge is elsewhere, put edges where there are none.
+  const double reliability = std::clamp(terms.score() / kReliableScore, kLeastReliability, 1.0);
+  terms.equations = contour_equations(terms.sums, T_drawn);
+  terms.equations *= reliability * reliability;
   return terms;
 }
 
 bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
   const int level = std::min(finest + 1, coarsest(T_camera_object, finest));
-  if (!draw(T_camera_object, level) || constraints_.count() < kLeastLines) return false;
-  constraints_.learn(image_, Pose::Identity(), {T_drawn_ * extent_.p_object_center, extent_.radius}, colors);
+  if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
+  constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
   return true;
 }
 
@@ -102,11 +86,11 @@ int ContourModality::coarsest(const Pose& T_camera_object, int finest) const {
 }
 
 void ContourModality::classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes) {
-  level_drawn_ = -1;
+  shape_.start_frame();
   linearize(T_camera_object, finest, kClosestSearch);
-  if (level_drawn_ < 0) return;
+  if (shape_.level() < 0) return;
   const Level& first = levels_[0];
-  const int side = 1 << level_drawn_;
+  const int side = 1 << finest;
   const auto set = [&](int x, int y, PixelClass value) {
     for (int v = y * side; v < std::min((y + 1) * side, first.height); ++v) {
       for (int u = x * side; u < std::min((x + 1) * side, first.width); ++u) {
@@ -115,10 +99,10 @@ void ContourModality::classify(const Pose& T_camera_object, int finest, std::vec
       }
     }
   };
-  const Rect& rect = drawn_.rect;
-  for (int y = 0; y < rect.height; ++y) {
-    for (int x = 0; x < rect.width; ++x) {
-      if (drawn_.depth[y * rect.width + x] < 1.0F) set(rect.x + x, rect.y + y, PixelClass::unusable);
+  const DrawnDepth& drawn = shape_.drawn();
+  for (int y = drawn.rect.y; y < drawn.rect.y + drawn.rect.height; ++y) {
+    for (int x = drawn.rect.x; x < drawn.rect.x + drawn.rect.width; ++x) {
+      if (drawn.at(x, y) < 1.0F) set(x, y, PixelClass::unusable);
     }
   }
   constraints_.for_each_line([&](const Eigen::Vector2d& pixel, bool near, bool telling) {
@@ -126,18 +110,6 @@ void ContourModality::classify(const Pose& T_camera_object, int finest, std::vec
     if (x < 0 || y < 0) return;
     set(x, y, near ? PixelClass::used : telling ? PixelClass::rejected_magnitude : PixelClass::no_gradient);
   });
-}
-
-int ContourModality::visible_pixels() const {
-  if (level_drawn_ < 0) return 0;
-  const Level& level = levels_[static_cast<std::size_t>(level_drawn_)];
-  int count = 0;
-  for (int y = 0; y < drawn_.rect.height && drawn_.rect.y + y < level.height; ++y) {
-    const float* row = drawn_.depth + static_cast<std::ptrdiff_t>(y) * drawn_.rect.width;
-    const int width = std::min(drawn_.rect.width, level.width - drawn_.rect.x);
-    count += static_cast<int>(std::count_if(row, row + width, [](float depth) { return depth < 1.0F; }));
-  }
-  return count << (2 * level_drawn_);
 }
 
 }  // namespace holdfast

@@ -1,14 +1,13 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "base/corner_motion.hpp"
 #include "contour/color_histograms.hpp"
 #include "contour/contour_constraints.hpp"
+#include "image/depth_view.hpp"
 #include "image/device_image.hpp"
-#include "image/view_template.hpp"
 #include "solve/normal_equations.hpp"
 
 namespace holdfast {
@@ -26,15 +25,12 @@ struct ContourTerms {
 
 /// The contour as a modality: draws the silhouette at a pose, looks along lines across it for the edge between the
 /// object's colours and the background's, and turns each into a row (equations 23 to 28 of docs/math.md). Keeps no
-/// pose: the silhouette drawn last is a cache of the frame at hand.
+/// pose: the lines are a cache of what `shape` has drawn of the frame at hand.
 class ContourModality {
  public:
-  /// Draws with `view`'s renderer, looks at `image`.
+  /// Draws with `shape`, looks at `image`.
   ContourModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
-                  ViewTemplate& view, DeviceImage& image);
-
-  /// Forgets the silhouette of the frame before.
-  void start_frame() { level_drawn_ = -1; }
+                  ViewTemplate& view, DepthView& shape, DeviceImage& image);
 
   /// The colours that lines are compared with from now on.
   void use_colors(const ColorHistograms& colors) { constraints_.set_colors(colors); }
@@ -51,26 +47,19 @@ class ContourModality {
   /// Pixels of the frame around the object that lines may reach.
   int margin() const { return (ContourConstraints::kReach + 4) << (levels_.size() - 1); }
 
-  /// Milliseconds spent drawing silhouettes since this was last asked.
-  double take_render_ms() { return std::exchange(render_ms_, 0.0); }
-
   /// A byte a pixel of the frame, values of PixelClass: the silhouette at a pose, and what becomes of its contour.
   void classify(const Pose& T_camera_object, int finest, std::vector<std::uint8_t>& classes);
 
  private:
-  bool draw(const Pose& T_camera_object, int level);
-  int visible_pixels() const;
+  bool draw(const Pose& T_camera_object, int level, double within_pixels);
 
   const std::vector<Level>& levels_;
   Extent extent_;
   ViewTemplate& view_;
+  DepthView& shape_;
   DeviceImage& image_;
   ContourConstraints constraints_;
-  std::vector<float> depth_;
-  DrawnDepth drawn_;
-  Pose T_drawn_ = Pose::Identity();
-  int level_drawn_ = -1;  ///< none
-  double render_ms_ = 0;
+  int version_ = -1;  ///< of what is drawn, that the lines are of
 };
 
 /// Searches from coarse levels to the last iterations on the finest: by colours alone, closer, by shares of colours.

@@ -4,8 +4,7 @@
 #include <vector>
 
 #include "device/shared.h"
-#include "holdfast/camera.hpp"
-#include "holdfast/renderer.hpp"
+#include "image/depth_view.hpp"
 
 namespace holdfast {
 
@@ -18,13 +17,6 @@ struct ContourPoint {
   float unused = 0;
 };
 static_assert(sizeof(ContourPoint) == HF_OUTLINE_POINT * sizeof(float));
-
-/// A drawn view's depth: `depth` holds the pixels `rect` of the camera's picture, window depth, 1 where nothing is.
-struct DrawnDepth {
-  const float* depth = nullptr;
-  Rect rect;
-  DepthRange range;
-};
 
 /// At most `most` points, evenly along the contour where it lies inside the picture; the object must be seen for some
 /// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 23 of docs/math.md).

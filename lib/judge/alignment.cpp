@@ -1,5 +1,6 @@
 #include "judge/alignment.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "solve/covariance.hpp"
@@ -23,6 +24,19 @@ double Alignment::observable_turn_deviation() const {
 double Alignment::deviation() const {
   if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
   return largest_deviation(covariance);
+}
+
+double outline_score(const Alignment& alignment, const UsualOutline& usual) {
+  const double contour = std::max(0.0, alignment.contour.score()) / usual.contour_score;
+  const double edges = std::max(0.0, alignment.edges.score()) / usual.edge_score;
+  if (!alignment.has_edges) return alignment.has_contour ? contour : 0;
+  if (!alignment.has_contour) return edges;
+  double share = usual.edge_share;
+  if (share < 0) {
+    const double of_edges = alignment.edges.equations.A.trace(), of_contour = alignment.contour.equations.A.trace();
+    share = of_edges + of_contour > 0 ? of_edges / (of_edges + of_contour) : 0;
+  }
+  return share * edges + (1 - share) * contour;
 }
 
 }  // namespace holdfast

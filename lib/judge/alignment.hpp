@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contour/contour_modality.hpp"
+#include "edges/edge_modality.hpp"
 #include "imaging/imaging_state.hpp"
 #include "texture/texture_modality.hpp"
 
@@ -10,9 +11,10 @@ namespace holdfast {
 struct Alignment {
   Pose T_camera_object = Pose::Identity();
   bool solved = false;
-  bool has_texture = false, has_contour = false;  ///< the modality was asked on the finest level
+  bool has_texture = false, has_contour = false, has_edges = false;  ///< the modality was asked on the finest level
   TextureTerms texture;
   ContourTerms contour;
+  EdgeTerms edges;
   double score = -1;  ///< of both, 1 where everything is as usual
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
   Matrix6 covariance = Matrix6::Zero();
@@ -28,5 +30,14 @@ struct Alignment {
   /// The largest standard deviation of all, object radii and radians.
   double deviation() const;
 };
+
+/// What is usual of an object's outline in this scene: of its contour and of its edges.
+struct UsualOutline {
+  double contour_score = 0.85, edge_score = 0.5;
+  double edge_share = -1;  ///< of edges in the information of both; below 0: not known yet
+};
+
+/// How well contour and edges fit, 1 where they do as usual: each counts as much as it usually tells of the pose.
+double outline_score(const Alignment& alignment, const UsualOutline& usual);
 
 }  // namespace holdfast

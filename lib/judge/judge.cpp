@@ -28,6 +28,8 @@ constexpr double kPromisingContour = 0.4;
 constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
 /// Share of the usual contour score that is enough to be held on to, and to be found again.
 constexpr double kHeldContour = 0.5, kFoundContour = 0.75;
+/// Share of its own usual score that each of contour and edges must have, where that score tells anything.
+constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3;
 /// Share of the lines whose edge is next to the contour where the object was not expected.
 constexpr double kFoundNear = 0.8;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
@@ -143,13 +145,18 @@ bool is_held_by_texture(const Alignment& a, const AcceptanceContext& context) {
 }
 
 bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
-  if (!a.solved || !a.has_contour || !context.expected) return false;
+  if (!a.solved || !(a.has_contour || a.has_edges) || !context.expected) return false;
   const bool alone = context.texture_trust > kTextureLeads;
   // Far from where it was expected it must be found again.
   const bool found_again = context.lost_before || context.jumps;
   const double share =
       alone ? (found_again ? kFoundContourAlone : kHeldContourAlone) : (found_again ? kFoundContour : kHeldContour);
-  if (a.contour.score() < share * context.usual_contour_score) return false;
+  if (outline_score(a, context.usual_outline) < share) return false;
+  const UsualOutline& usual = context.usual_outline;
+  if (a.has_contour && usual.contour_score > kTellingScore && a.contour.score() < kLeastContour * usual.contour_score) {
+    return false;
+  }
+  if (a.has_edges && usual.edge_score > kTellingScore && a.edges.score() < kLeastEdges * usual.edge_score) return false;
   if (context.jumps && a.contour.sums.near < kFoundNear * a.contour.sums.lines) return false;
   if (!alone) return true;
   const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
@@ -163,8 +170,8 @@ bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& 
 
 bool is_promising(const Alignment& a, const AcceptanceContext& context) {
   if (!a.solved) return false;
-  if (a.has_contour && context.expected && context.texture_trust <= kTextureLeads &&
-      a.contour.score() >= kPromisingContour * context.usual_contour_score) {
+  if (context.expected && context.texture_trust <= kTextureLeads &&
+      outline_score(a, context.usual_outline) >= kPromisingContour) {
     return true;
   }
   if (!a.has_texture) return false;

@@ -18,7 +18,7 @@ struct AcceptanceContext {
   bool known_contour = false;     ///< colours of the contour are known
   double least_ratio = 0.1;       ///< of texture that must agree; fewer pass the paper's thresholds
   double usual_inlier_ratio = 0;  ///< of texture; 0: unknown
-  double usual_contour_score = 0.85;
+  UsualOutline usual_outline;
   double texture_trust = 1;           ///< share of texture in what is usually known of the pose
   bool unobservable_usually = false;  ///< some motion never shows: that it does not speaks against nothing
   double predicted_pixels = 0;        ///< farthest that the object was expected to move since the last frame

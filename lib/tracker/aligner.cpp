@@ -68,15 +68,22 @@ NormalEquations without_hidden(NormalEquations contour, const TextureTerms& text
   return contour;
 }
 
-/// Edges are searched closer and closer: by colours alone, then by the shares of both sides in the pixels next to them.
-const ContourSearch& search_for(int level, int finest, int iteration, double last_step) {
-  if (level > finest || iteration == 0) return kCoarseSearch;
-  return iteration < kClosestFrom && last_step > kCloseStep ? kCloseSearch : kClosestSearch;
+/// How closely contour and edges are searched.
+struct OutlineSearch {
+  const ContourSearch& contour;
+  const EdgeSearch& edges;
+};
+
+/// They are searched closer and closer.
+OutlineSearch search_for(int level, int finest, int iteration, double last_step) {
+  if (level > finest || iteration == 0) return {kCoarseSearch, kCoarseEdgeSearch};
+  if (iteration < kClosestFrom && last_step > kCloseStep) return {kCloseSearch, kCloseEdgeSearch};
+  return {kClosestSearch, kClosestEdgeSearch};
 }
 
 }  // namespace
 
-Aligner::Aligner(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
+Aligner::Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector<Level>& levels, const Extent& extent,
                  const Tuning& tuning, ImageFilter& filter, ViewTemplate& view, DeviceImage& image)
     : device_(device),
       levels_(levels),
@@ -86,7 +93,9 @@ Aligner::Aligner(const Device::Impl& device, const std::vector<Level>& levels, c
       view_(view),
       image_(image),
       texture_(device, levels, extent, tuning),
-      contour_(device, levels, extent, view, image),
+      shape_(levels, extent, view),
+      contour_(device, levels, extent, view, shape_, image),
+      edges_(device, levels, extent, mesh, shape_, image),
       shift_search_(device, levels, most_shifts(levels, tuning)) {}
 
 void Aligner::start_frame(const TrackingState& state, const MotionPrior& prior) {
@@ -94,7 +103,8 @@ void Aligner::start_frame(const TrackingState& state, const MotionPrior& prior) 
   prior_information_ = symmetric_inverse(prior.covariance);
   expected_gradient_pixels_ = state.gradient_pixels;
   texture_.start(state.imaging.texture);
-  contour_.start_frame();
+  shape_.start_frame();
+  edges_.start_frame();
   times_ = {};
   solved_systems_ = 0;
 }
@@ -215,7 +225,7 @@ Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const T
 void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan, const TrackingState& state,
                       const Pose& T_start) {
   double last_step = 1e9;
-  alignment.has_texture = alignment.has_contour = false;
+  alignment.has_texture = alignment.has_contour = alignment.has_edges = false;
   const bool finest = level == state.finest;
   for (int i = 0; i < kContourIterations; ++i) {
     const Pose& T = alignment.T_camera_object;
@@ -234,12 +244,22 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       spared = tells && spares_contour(alignment.texture, equations, state);
       equations += alignment.texture.equations;
     }
-    const bool by_contour = plan.contour && tuning_.contour && state.colors.known() && !spared &&
-                            level <= contour_.coarsest(T, state.finest);
-    const ContourSearch& search = search_for(level, state.finest, i, last_step);
-    if (by_contour) {
+    const bool outlined = plan.contour && tuning_.contour && !spared && level <= contour_.coarsest(T, state.finest);
+    const OutlineSearch search = search_for(level, state.finest, i, last_step);
+    if (outlined && edges_.has_edges() && tuning_.edges) {
       const Stopwatch watch(times_.contour);
-      alignment.contour = contour_.linearize(T, level, search);
+      alignment.edges = edges_.linearize(T, level, search.edges, state.edges);
+      alignment.has_edges = alignment.edges.found;
+      if (alignment.edges.found) {
+        tells = true;
+        NormalEquations edges = alignment.edges.equations;
+        if (state.textured) edges *= 1 / state.usual.contour_excess;
+        equations += edges;
+      }
+    }
+    if (outlined && state.colors.known()) {
+      const Stopwatch watch(times_.contour);
+      alignment.contour = contour_.linearize(T, level, search.contour);
       alignment.has_contour = alignment.contour.found;
       if (alignment.contour.found) {
         tells = true;
@@ -268,21 +288,21 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       alignment.solved = false;
       return;
     }
-    const bool closest = !alignment.has_contour || level > state.finest || &search == &kClosestSearch;
+    const bool outline = alignment.has_contour || alignment.has_edges;
+    const bool closest = !outline || level > state.finest || &search.contour == &kClosestSearch;
     if (closest && pixels < (finest ? kConvergedPixels : kConvergedPixelsCoarse)) break;
-    if (!alignment.has_contour && i + 1 >= tuning_.iterations) break;
+    if (!outline && i + 1 >= tuning_.iterations) break;
   }
   alignment.score = score(alignment, state, finest ? state.usual.expected_texture_score() : state.usual.coarse_score);
 }
 
 double Aligner::score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const {
-  const double by_contour =
-      alignment.has_contour ? std::max(0.0, alignment.contour.score()) / state.usual.expected_contour_score() : 0;
-  if (!alignment.has_texture) return by_contour;
+  const double by_outline = outline_score(alignment, state.usual.outline());
+  if (!alignment.has_texture) return by_outline;
   const double by_texture = alignment.texture.score() / usual_texture_score;
-  if (!alignment.has_contour) return by_texture;
+  if (!alignment.has_contour && !alignment.has_edges) return by_texture;
   const double trust = state.usual.texture_trust;
-  return trust * by_texture + (1 - trust) * by_contour;
+  return trust * by_texture + (1 - trust) * by_outline;
 }
 
 void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state,
@@ -302,8 +322,9 @@ void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const Tra
       texture_.remove_unobservable(view_, plan.finest, alignment.texture);
     alignment.covariance = alignment.texture_covariance =
         texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
-    if (!alignment.has_contour) return;
+    if (!alignment.has_contour && !alignment.has_edges) return;
   }
+  if (alignment.has_edges) others += alignment.edges.equations.A / (state.textured ? state.usual.contour_excess : 1);
   if (alignment.has_contour) {
     others += without_hidden(alignment.contour.equations, alignment.texture, view_.T_camera_object()).A /
               (state.textured ? state.usual.contour_excess : 1);

@@ -4,6 +4,7 @@
 
 #include "base/tuning.hpp"
 #include "contour/contour_modality.hpp"
+#include "edges/edge_modality.hpp"
 #include "holdfast/frame_result.hpp"
 #include "image/device_image.hpp"
 #include "image/view_template.hpp"
@@ -31,8 +32,8 @@ struct AlignmentPlan {
 /// of the motion prior, steps, until the step is small.
 class Aligner {
  public:
-  Aligner(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent, const Tuning& tuning,
-          ImageFilter& filter, ViewTemplate& view, DeviceImage& image);
+  Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector<Level>& levels, const Extent& extent,
+          const Tuning& tuning, ImageFilter& filter, ViewTemplate& view, DeviceImage& image);
 
   void start_frame(const TrackingState& state, const MotionPrior& prior);
 
@@ -62,6 +63,7 @@ class Aligner {
 
   TextureModality& texture() { return texture_; }
   ContourModality& contour() { return contour_; }
+  EdgeModality& edges() { return edges_; }
   ShiftSearch& shift_search() { return shift_search_; }
   StageTimes& times() { return times_; }
   int& solved_systems() { return solved_systems_; }
@@ -86,7 +88,9 @@ class Aligner {
   ViewTemplate& view_;
   DeviceImage& image_;
   TextureModality texture_;
+  DepthView shape_;
   ContourModality contour_;
+  EdgeModality edges_;
   ShiftSearch shift_search_;
   MotionPrior prior_;
   Matrix6 prior_information_ = Matrix6::Identity();

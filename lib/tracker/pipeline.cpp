@@ -47,6 +47,9 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Stopwatch watch(total);
     if (!state_.seen) see(prior_.T_camera_object, false);
     Alignment best = tuning_.paper() ? follow_once(prior_) : follow(prior_);
+    if (!held(best) && !state_.seen && start_as_given(prior_.T_camera_object)) {
+      best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest), state_);
+    }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) relocalize(prior_, best);
     const Verdict verdict = judge(best, tuning_, context(best));
     result = report(best, verdict);

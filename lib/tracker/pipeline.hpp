@@ -46,6 +46,9 @@ class Pipeline {
   void upload(const Rect& wanted, int margin);
   /// Learns light, colours and, at an `exact` pose, what is usual, from the frame at hand.
   void see(const Pose& T_camera_object, bool exact);
+  /// Takes a first pose at its word where the model's own edges are not found and the frame has others that go along
+  /// with them: they are followed instead. False where there are none.
+  bool start_as_given(const Pose& T_camera_object);
 
   Alignment follow(const MotionPrior& prior);
   std::optional<Alignment> follow_directly(const MotionPrior& prior);

@@ -17,7 +17,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       filter_(device.impl(), tuning.blur_sigma, tuning.blur_sigma),
       view_(device.impl(), mesh, std::move(renderer), levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
-      aligner_(device.impl(), levels_, extent_, tuning, filter_, view_, image_),
+      aligner_(device.impl(), mesh, levels_, extent_, tuning, filter_, view_, image_),
       relocalizer_(levels_, extent_, aligner_.shift_search(), view_, image_),
       lit_patches_(device.impl(), levels_),
       state_(extent_),
@@ -46,6 +46,7 @@ void Pipeline::reset(const Pose& T_camera_object, const UploadFrame& upload, std
   upload_ = &upload;
   uploaded_ = {};
   prior_ = state_.motion.predict(t);
+  choose_finest_level();
   aligner_.start_frame(state_, prior_);
   see(state_.motion.pose(), true);
   state_.motion.begin(t);

@@ -13,6 +13,8 @@ namespace {
 
 /// Of the size at which a level is left, the one at which it is taken again.
 constexpr double kSmaller = 0.8;
+/// Share of its bounding box that an object covers, as long as it is not known.
+constexpr double kFilled = 0.6;
 /// Weights of a new frame: in scores, in the usual inlier ratio, in shares of information.
 constexpr double kScoreMemory = 0.2, kTextureMemory = 0.5, kRatioMemory = 0.02, kTrustMemory = 0.1,
                  kContourMemory = 0.1;
@@ -25,6 +27,8 @@ constexpr double kJump = 3, kLeastJump = 0.1;
 /// Frames between learning the contour's colours where texture leads; misses after which they are of other
 /// surroundings.
 constexpr int kColorsEvery = 8, kMostContourMisses = 3;
+/// Share of the lines whose edge is next to the contour where nothing hides it.
+constexpr double kMostNear = 0.85;
 /// How fast the contour's excess follows what each frame says, how much that is at most, and its bounds.
 constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
 /// Appearances that a sweep of one frame covers, for how often a candidate must be seen again.
@@ -43,6 +47,9 @@ constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
 constexpr double kBetterEvidence = 0.01, kClearEvidence = 0.03, kTelling = 6;
 /// Pixels with a gradient, fewer of which are no texture to go by.
 constexpr double kFewGradients = 100;
+
+/// Share of the lines across edges that must see one for a first pose to be taken at its word.
+constexpr double kMostlyCoherent = 0.45;
 
 double light_on(const LitPatch& patch, const DrawnLight& drawn) {
   return drawn.lit ? drawn.shading.of(patch.normal) : 1;
@@ -77,11 +84,16 @@ double Pipeline::frame_time(std::optional<double> time) {
 
 void Pipeline::choose_finest_level() {
   int level = 0;
+  double visible = state_.visible_pixels;
+  if (visible <= 0) {
+    const Rect object = view_.bounds(state_.motion.pose());
+    visible = kFilled * object.width * object.height;
+  }
   const auto many = [&](int at_level) {
     // Once coarser, the object must become clearly smaller to be seen in full again.
     return tuning_.most_pixels * (at_level < state_.finest ? kSmaller : 1.0) * (1 << (2 * at_level));
   };
-  while (!tuning_.paper() && level + 1 < tuning_.levels && state_.visible_pixels > many(level)) ++level;
+  while (!tuning_.paper() && level + 1 < tuning_.levels && visible > many(level)) ++level;
   if (level == state_.finest) return;
   state_.gradient_pixels = 0;
   state_.usual.texture_score = 0;
@@ -138,11 +150,26 @@ void Pipeline::see(const Pose& T_camera_object, bool exact) {
       seen.contour = aligner_.contour().linearize(T_camera_object, state_.finest, kClosestSearch);
       seen.has_contour = seen.contour.found;
     }
+    if (exact && tuning_.edges && aligner_.edges().has_edges()) {
+      aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
+      seen.edges = aligner_.edges().linearize(T_camera_object, state_.finest, kClosestEdgeSearch, state_.edges);
+      seen.has_edges = seen.edges.found;
+    }
   }
   if (exact) {
     state_.seen = true;
     learn_usual(seen, true);
   }
+}
+
+bool Pipeline::start_as_given(const Pose& T_camera_object) {
+  if (!tuning_.edges || !tuning_.contour || tuning_.paper() || !aligner_.edges().has_edges()) return false;
+  const int level = std::min(state_.finest + 1, aligner_.contour().coarsest(T_camera_object, state_.finest));
+  if (aligner_.edges().coherence(T_camera_object, level) < kMostlyCoherent) return false;
+  state_.edges = {.looks = {}, .off_model = true};
+  aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
+  see(T_camera_object, true);
+  return true;
 }
 
 void Pipeline::learn_usual(const Alignment& alignment, bool first) {
@@ -164,12 +191,22 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first) {
     usual.contour_score += weight * (score - usual.contour_score);
     usual.contour_information = alignment.contour.equations.A / (state_.textured ? usual.contour_excess : 1.0);
   }
+  const double outline = usual.contour_information.trace();
+  if (alignment.has_edges) {
+    const double score = std::max(0.0, alignment.edges.score());
+    usual.edge_score += (usual.edge_score > 0 ? kContourMemory : 1) * (score - usual.edge_score);
+    const double edges = alignment.edges.equations.A.trace();
+    const double contour = alignment.has_contour ? alignment.contour.equations.A.trace() : 0;
+    if (edges + contour > 0) {
+      usual.edge_share += (usual.edge_share < 0 ? 1 : kTrustMemory) * (edges / (edges + contour) - usual.edge_share);
+    }
+  }
   double trust = 1;
   if (!alignment.has_texture) {
     trust = 0;
   } else if (alignment.has_contour) {
-    const double texture = alignment.texture.equations.A.trace(), contour = usual.contour_information.trace();
-    trust = texture + contour > 0 ? texture / (texture + contour) : 1;
+    const double texture = alignment.texture.equations.A.trace();
+    trust = texture + outline > 0 ? texture / (texture + outline) : 1;
   }
   usual.texture_trust += (first ? 1 : kTrustMemory) * (trust - usual.texture_trust);
 }
@@ -192,7 +229,10 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   ++state_.frames_since_colors;
   bool learns = false;
   if (alignment.has_contour) {
-    const bool fits = alignment.contour.score() > kUsualShare * usual.expected_contour_score();
+    const ContourSums& sums = alignment.contour.sums;
+    // Colours that fade as the light moves must be learned as long as their edges are where they should be.
+    const bool fits =
+        sums.near > kMostNear * sums.lines || alignment.contour.score() > kUsualShare * usual.expected_contour_score();
     state_.contour_misses = fits || !texture_as_usual ? 0 : state_.contour_misses + 1;
     learns = fits;
   } else {
@@ -207,6 +247,9 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   }
   if (!learns) return;
   upload(view_.bounds(alignment.T_camera_object), aligner_.contour().margin());
+  if (tuning_.edges && aligner_.edges().has_edges()) {
+    aligner_.edges().learn(alignment.T_camera_object, state_.finest, state_.edges);
+  }
   if (aligner_.contour().learn(alignment.T_camera_object, state_.finest, state_.colors)) {
     aligner_.contour().use_colors(state_.colors);
     state_.frames_since_colors = 0;
@@ -333,7 +376,7 @@ AcceptanceContext Pipeline::context(const Alignment& alignment) const {
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
   result.known_contour = state_.colors.known();
   result.usual_inlier_ratio = state_.usual.inlier_ratio;
-  result.usual_contour_score = state_.usual.expected_contour_score();
+  result.usual_outline = state_.usual.outline();
   // A model of one colour has a texture too; before a frame was held nothing has told that it says nothing.
   const bool blank = state_.usual.held_frames == 0 && alignment.has_texture &&
                      alignment.texture.sums.gradient * alignment.texture.row_stride < kFewGradients;
@@ -383,6 +426,11 @@ FrameResult Pipeline::report(const Alignment& alignment, const Verdict& verdict)
     contour.near_lines = static_cast<int>(sums.near);
     contour.agreement = sums.agreement;
     contour.residual = root_mean(sums.weighted_square, sums.weight);
+  }
+  if (alignment.has_edges) {
+    const EdgeTerms& terms = alignment.edges;
+    result.edges = {true, static_cast<int>(terms.lines), static_cast<int>(terms.near), terms.score(),
+                    std::sqrt(terms.variance)};
   }
   if (alignment.covariance.trace() > 0) {
     const Matrix6 M = twist_of_perturbation(extent_);

@@ -3,7 +3,9 @@
 #include <optional>
 
 #include "contour/color_histograms.hpp"
+#include "edges/edge_memory.hpp"
 #include "imaging/imaging_state.hpp"
+#include "judge/alignment.hpp"
 #include "motion/motion_filter.hpp"
 
 namespace holdfast {
@@ -15,6 +17,8 @@ struct UsualEvidence {
   double inlier_ratio = 0;                        ///< of texture where nothing is in front; 0: unknown
   double contour_score = 0;                       ///< 0: unknown
   double contour_variance = 0.0025;               ///< of that score
+  double edge_score = 0;                          ///< 0: unknown
+  double edge_share = -1;                         ///< of edges in the information of contour and edges; -1: unknown
   double texture_trust = 1;                       ///< share of texture in the information of both, running mean
   Matrix6 contour_information = Matrix6::Zero();  ///< of the contour where it was last seen
   double contour_excess = 8;  ///< by which the contour's information turned out too large beside texture
@@ -22,8 +26,14 @@ struct UsualEvidence {
   double unobservable = 0;    ///< share of the frames that leave a motion unobservable
   int held_frames = 0;
 
+  /// Of contour and edges before any is known: barely more than chance makes.
+  static constexpr double kFirstScore = 0.6;
+
   double expected_texture_score() const { return texture_score > 0 ? texture_score : 0.6; }
-  double expected_contour_score() const { return contour_score > 0 ? contour_score : 0.85; }
+  double expected_contour_score() const { return contour_score > 0 ? contour_score : kFirstScore; }
+  UsualOutline outline() const {
+    return {expected_contour_score(), edge_score > 0 ? edge_score : kFirstScore, edge_share};
+  }
   bool unobservable_usually() const { return held_frames == 0 || unobservable > 0.5; }
 };
 
@@ -38,6 +48,7 @@ struct TrackingState {
   MotionFilter motion;
   ImagingState imaging;
   ColorHistograms colors;
+  EdgeMemory edges;
   UsualEvidence usual;
   bool faceted = false;            ///< flat faces, at whose edges light steps
   bool textured = true;            ///< the model has an appearance to compare with

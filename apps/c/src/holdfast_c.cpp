@@ -160,6 +160,7 @@ holdfast_result result_of(const FrameResult& found) {
                     texture.correlation};
   const ContourEvidence& contour = found.contour;
   result.contour = {contour.holds ? 1 : 0, contour.lines, contour.near_lines, contour.agreement, contour.residual};
+  result.edges = {found.edges.lines, found.edges.near_lines, found.edges.score, found.edges.residual};
   copy_rows(found.covariance, result.covariance);
   copy_rows(found.information, result.information);
   result.milliseconds = found.ms.total;

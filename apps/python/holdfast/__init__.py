@@ -20,6 +20,7 @@ holdfast.plot (needs matplotlib), holdfast.view (rerun-sdk) and holdfast.bag (ro
 from ._core import (
     Camera,
     ContourEvidence,
+    EdgeEvidence,
     Device,
     DeviceInfo,
     ErrorCode,

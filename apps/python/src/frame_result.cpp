@@ -73,6 +73,12 @@ void bind_evidence(nb::module_& module) {
       .def_ro("agreement", &ContourEvidence::agreement, "Of colours with the contour over the near lines, [-1, 1].")
       .def_ro("residual", &ContourEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
       .def_prop_ro("score", &ContourEvidence::score, "Agreement times the share of lines whose edge is there.");
+  nb::class_<EdgeEvidence>(module, "EdgeEvidence", "What the model's edges said of the pose.")
+      .def_ro("asked", &EdgeEvidence::asked, "They were compared on the finest level.")
+      .def_ro("lines", &EdgeEvidence::lines, "Across edges of the model, inside the frame.")
+      .def_ro("near_lines", &EdgeEvidence::near_lines, "Of these, with the frame's edge next to the model's.")
+      .def_ro("score", &EdgeEvidence::score, "Share of near lines beyond what chance makes, at most 1.")
+      .def_ro("residual", &EdgeEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.");
 }
 
 }  // namespace
@@ -103,6 +109,7 @@ void bind_frame_result(nb::module_& module) {
       .def_ro("message", &FrameResult::message, "The same in words; '' when all is well.")
       .def_ro("texture", &FrameResult::texture, nb::rv_policy::reference_internal, "What the texture said.")
       .def_ro("contour", &FrameResult::contour, nb::rv_policy::reference_internal, "What the contour said.")
+      .def_ro("edges", &FrameResult::edges, nb::rv_policy::reference_internal, "What the model's edges said.")
       .def_prop_ro("visible_pixels", &FrameResult::visible_pixels, "Of the frame that the object covers.")
       .def_ro("iterations", &FrameResult::iterations, "Solved systems, all levels.")
       .def_prop_ro(
