@@ -17,7 +17,7 @@ struct ContourPoint {
   float outside = 0;                                   ///< how far the background does
   float unused = 0;
 };
-static_assert(sizeof(ContourPoint) == HF_OUTLINE_POINT * sizeof(float));
+static_assert(sizeof(ContourPoint) == HF_CONTOUR_POINT * sizeof(float));
 
 /// A drawn view's depth: `depth` holds the pixels `rect` of the camera's picture, window depth, 1 where nothing is.
 struct DrawnDepth {

@@ -161,9 +161,9 @@ void begin_program(Device::Impl& impl, const DeviceOptions& options, std::launch
   const bool wide_cpu = impl.info.type == "cpu" && impl.device.getInfo<CL_DEVICE_PREFERRED_VECTOR_WIDTH_FLOAT>() > 1;
   impl.strips = options.partition == Partition::automatic ? wide_cpu : options.partition == Partition::strips;
   std::string source;
-  for (const char* file :
-       {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "blur_block.cl", "halve_frame.cl",
-        "view_template.cl", "motion_blur.cl", "occlusion.cl", "flow_constraints.cl", "shift_search.cl", "outline.cl"}) {
+  for (const char* file : {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "blur_block.cl",
+                           "halve_frame.cl", "view_template.cl", "motion_blur.cl", "occlusion.cl",
+                           "flow_constraints.cl", "shift_search.cl", "contour_constraints.cl"}) {
     source += embedded_text(file);
     source += '\n';
   }
