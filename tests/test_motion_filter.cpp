@@ -132,7 +132,6 @@ TEST_CASE("motion at constant velocity is predicted at any time to come, from fr
       const double t = times.back() + ahead;
       const double gone = distance(motion.at(times.back()), motion.at(t));
       CHECK(distance(filter.predict(t).T_camera_object, motion.at(t)) < 2e-3 * gone + 1e-6);
-      CHECK(distance(filter.steadily_predicted(t), motion.at(t)) < 2e-3 * gone + 1e-6);
     }
   }
 }

@@ -106,10 +106,8 @@ typedef struct {
 
 /* Rendered pixels packed in a region buffer. */
 typedef struct {
-  HF_INT stride;           /* pixels */
-  HF_INT height;           /* rows drawn */
-  HF_INT grey;             /* 1: the frame has one channel, so must the view */
-  HF_FLOAT color_variance; /* square pixels that colour is blurred by and brightness is not; 0 to 1 */
+  HF_INT stride; /* pixels */
+  HF_INT grey;   /* 1: the frame has one channel, so must the view */
   HF_FLOAT near_plane, far_plane;
 } hf_view;
 
