@@ -1,4 +1,4 @@
-// Where an outline runs, as lines across it take it from a drawn silhouette, and which colours its two sides have.
+// Where a contour runs, as lines across it take it from a drawn silhouette, and which colours its two sides have.
 #include <doctest/doctest.h>
 
 #include <Eigen/Core>
@@ -64,7 +64,7 @@ std::vector<int> bins_of(std::array<int, 4> inside, std::array<int, 4> outside) 
 
 }  // namespace
 
-TEST_CASE("outline points of a disc") {
+TEST_CASE("contour points of a disc") {
   const Eigen::Vector2d center(101.3, 78.8);
   constexpr double kRadius = 40.4;
   const Drawing drawing(kDrawn, [&](double x, double y) { return (Eigen::Vector2d(x, y) - center).norm() < kRadius; });
@@ -93,7 +93,7 @@ TEST_CASE("outline points of a disc") {
   CHECK(worst_depth < 1.5 * std::hypot(4e-4, 3e-4));
 }
 
-TEST_CASE("outline points are at most as many as asked for") {
+TEST_CASE("contour points are at most as many as asked for") {
   const Drawing disc(kDrawn, [](double x, double y) { return std::hypot(x - 101.3, y - 78.8) < 40.4; });
   const std::size_t all = disc.points().size();
   for (const std::size_t most : {1, 2, 7, 50, 64, 100, 120, 224}) {
@@ -104,7 +104,7 @@ TEST_CASE("outline points are at most as many as asked for") {
   }
 }
 
-TEST_CASE("outline points are spread evenly along the outline") {
+TEST_CASE("contour points are spread evenly along the contour") {
   const Drawing disc(kDrawn, [](double x, double y) { return std::hypot(x - 101.3, y - 78.8) < 40.4; });
   const Drawing bar(kDrawn, [](double x, double y) { return std::abs(x - 100) < 8 && std::abs(y - 80) < 60; });
   for (const std::size_t most : {50, 64, 100, 120, 160, 224}) {
@@ -128,7 +128,7 @@ TEST_CASE("outline points are spread evenly along the outline") {
   }
 }
 
-TEST_CASE("outline points of a slanted edge") {
+TEST_CASE("contour points of a slanted edge") {
   const Eigen::Vector2d middle(100.37, 80.21);
   for (const double degrees : {7.0, 20.0, 33.0, 61.0, 104.0, 200.0, 305.0}) {
     CAPTURE(degrees);
@@ -144,7 +144,7 @@ TEST_CASE("outline points of a slanted edge") {
       sum += off;
       squares += off * off;
       worst_angle = std::max(worst_angle, degrees_between(point, normal));
-      // The object also ends where the drawing does: that is none of its outline.
+      // The object also ends where the drawing does: that is none of its contour.
       CHECK(std::min({at.x() - kDrawn.x, at.y() - kDrawn.y, kDrawn.x + kDrawn.width - 1 - at.x(),
                       kDrawn.y + kDrawn.height - 1 - at.y()}) > 2);
     }
@@ -157,7 +157,7 @@ TEST_CASE("outline points of a slanted edge") {
   }
 }
 
-TEST_CASE("outline points know how far the object and the background reach") {
+TEST_CASE("contour points know how far the object and the background reach") {
   const auto box = [](double x, double y, const Rect& r) {
     return x >= r.x && y >= r.y && x < r.x + r.width && y < r.y + r.height;
   };
@@ -194,7 +194,7 @@ TEST_CASE("outline points know how far the object and the background reach") {
   check_side(holed, 76.5, 1, 7, 6);
   check_side(holed, 82.5, -1, kReach, 6);
   check_side(holed, 119.5, 1, kReach, kReach);
-  // More of the object behind a gap draws the outline of a thread beside it away from where the thread is seen.
+  // More of the object behind a gap draws the contour of a thread beside it away from where the thread is seen.
   const auto fringed = Drawing(kDrawn, [&](double x, double y) {
                          return box(x, y, {100, 40, 1, 80}) || box(x, y, {103, 40, 50, 80});
                        }).points();
@@ -215,7 +215,7 @@ TEST_CASE("outline points know how far the object and the background reach") {
   }
 }
 
-TEST_CASE("outline points where nothing, everything or a part of the picture is drawn") {
+TEST_CASE("contour points where nothing, everything or a part of the picture is drawn") {
   CHECK(Drawing(kDrawn, [](double, double) { return false; }).points().empty());
   CHECK(Drawing(kDrawn, [](double, double) { return true; }).points().empty());
   CHECK(Drawing({40, 40, 5, 5}, [](double x, double y) { return x < 42 && y < 42; }).points().empty());

@@ -1,4 +1,4 @@
-// Lines across an object's outline: the colours along them, the edges they find and the rows these make.
+// Lines across an object's contour: the colours along them, the edges they find and the rows these make.
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
@@ -58,52 +58,52 @@ struct ReferenceLine {
 struct Setting {
   Level level;
   Planes frame;
-  kernel::hf_outline outline{};
+  kernel::hf_contour contour{};
   std::vector<float> share;
 
   Setting(Size size, Planes pixels) : level(level_of(size)), frame(std::move(pixels)), share(ColorHistograms::kBins) {
-    outline.fx = static_cast<float>(level.camera.fx);
-    outline.fy = static_cast<float>(level.camera.fy);
-    outline.cx = static_cast<float>(level.camera.cx);
-    outline.cy = static_cast<float>(level.camera.cy);
-    outline.reach = kReach;
-    outline.region = {0, 0, size.width, size.height};
-    outline.radius = 1;
-    outline.softness2 = 0.36F;
-    outline.trust = 0.43F;
-    outline.step = 1;
-    outline.variance = 1;
-    outline.beside = 2;
-    outline.around = 6;
+    contour.fx = static_cast<float>(level.camera.fx);
+    contour.fy = static_cast<float>(level.camera.fy);
+    contour.cx = static_cast<float>(level.camera.cx);
+    contour.cy = static_cast<float>(level.camera.cy);
+    contour.reach = kReach;
+    contour.region = {0, 0, size.width, size.height};
+    contour.radius = 1;
+    contour.softness2 = 0.36F;
+    contour.trust = 0.43F;
+    contour.step = 1;
+    contour.variance = 1;
+    contour.beside = 2;
+    contour.around = 6;
     move(Pose::Identity());
   }
 
   void move(const Pose& D) {
     for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) outline.d[4 * row + column] = static_cast<float>(D(row, column));
+      for (int column = 0; column < 4; ++column) contour.d[4 * row + column] = static_cast<float>(D(row, column));
     }
   }
 
   Pose D() const {
     Pose D = Pose::Identity();
     for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) D(row, column) = static_cast<double>(outline.d[4 * row + column]);
+      for (int column = 0; column < 4; ++column) D(row, column) = static_cast<double>(contour.d[4 * row + column]);
     }
     return D;
   }
 
   Eigen::Vector2d project(const Eigen::Vector3d& p) const {
-    return {static_cast<double>(outline.fx) * p.x() / p.z() + static_cast<double>(outline.cx),
-            static_cast<double>(outline.fy) * p.y() / p.z() + static_cast<double>(outline.cy)};
+    return {static_cast<double>(contour.fx) * p.x() / p.z() + static_cast<double>(contour.cx),
+            static_cast<double>(contour.fy) * p.y() / p.z() + static_cast<double>(contour.cy)};
   }
 
   Eigen::Vector3d backproject(const Eigen::Vector2d& at, double z) const {
-    return {(at.x() - static_cast<double>(outline.cx)) / static_cast<double>(outline.fx) * z,
-            (at.y() - static_cast<double>(outline.cy)) / static_cast<double>(outline.fy) * z, z};
+    return {(at.x() - static_cast<double>(contour.cx)) / static_cast<double>(contour.fx) * z,
+            (at.y() - static_cast<double>(contour.cy)) / static_cast<double>(contour.fy) * z, z};
   }
 
   bool in_region(double x, double y) const {
-    const kernel::hf_rect& r = outline.region;
+    const kernel::hf_rect& r = contour.region;
     return x >= r.x && y >= r.y && x < r.x + r.width && y < r.y + r.height;
   }
 
@@ -114,7 +114,7 @@ struct Setting {
     if (line.p.z() <= 0) return line;
     line.pixel = project(line.p);
     const double inside = static_cast<double>(point.inside), outside = static_cast<double>(point.outside);
-    for (int k = -outline.reach; k <= outline.reach; ++k) {
+    for (int k = -contour.reach; k <= contour.reach; ++k) {
       const Eigen::Vector2d exact = line.pixel + k * line.normal;
       const Eigen::Vector2d at = exact.array().round();
       const double beyond = (at - line.pixel).dot(line.normal);
@@ -139,9 +139,9 @@ struct Edge {
   double offset, doubt;
 };
 
-std::optional<Edge> edge_by_shares(const kernel::hf_outline& o, const std::vector<Passed>& passed) {
+std::optional<Edge> edge_by_shares(const kernel::hf_contour& o, const std::vector<Passed>& passed) {
   std::array<Eigen::Vector3d, 2> mean;
-  double spread = static_cast<double>(HF_OUTLINE_NOISE2);
+  double spread = static_cast<double>(HF_CONTOUR_NOISE2);
   for (const bool beyond : {false, true}) {
     std::vector<Eigen::Vector3d> colors;
     for (const Passed& pixel : passed) {
@@ -161,7 +161,7 @@ std::optional<Edge> edge_by_shares(const kernel::hf_outline& o, const std::vecto
   for (const Passed& pixel : passed) {
     if (std::abs(pixel.k) > o.beside) continue;
     const double share = std::clamp(across.dot(pixel.color - mean[1]) / contrast2, -0.5, 1.5);
-    const double ramp = std::clamp(pixel.beyond / static_cast<double>(HF_OUTLINE_HALF_EDGE), -1.0, 1.0);
+    const double ramp = std::clamp(pixel.beyond / static_cast<double>(HF_CONTOUR_HALF_EDGE), -1.0, 1.0);
     const double window = std::max(0.0, 1 - std::pow(pixel.beyond / (o.beside + 0.5), 2));
     edge.offset += window * (share - (1 - ramp) / 2);
   }
@@ -170,7 +170,7 @@ std::optional<Edge> edge_by_shares(const kernel::hf_outline& o, const std::vecto
 
 /// d(pixel along the normal) / d(conditioned twist), by the chain rule.
 Vector6 reference_row(const Setting& setting, const ContourPoint& point, const ReferenceLine& line) {
-  const kernel::hf_outline& o = setting.outline;
+  const kernel::hf_contour& o = setting.contour;
   const Eigen::Vector3d center(static_cast<double>(o.center[0]), static_cast<double>(o.center[1]),
                                static_cast<double>(o.center[2]));
   const Eigen::Vector3d arm = point.p_camera.cast<double>() - center;
@@ -183,13 +183,13 @@ Vector6 reference_row(const Setting& setting, const ContourPoint& point, const R
   return (line.normal.transpose() * seen * setting.D().linear() * moved).transpose();
 }
 
-double soft_sign(double x, const kernel::hf_outline& o) {
+double soft_sign(double x, const kernel::hf_contour& o) {
   return x / std::sqrt(x * x + static_cast<double>(o.softness2));
 }
 
 /// Nothing where too few pixels of the line are seen; `unsure` where that hangs by float.
 std::optional<Told> reference_told(const Setting& setting, const ContourPoint& point, bool& unsure) {
-  const kernel::hf_outline& o = setting.outline;
+  const kernel::hf_contour& o = setting.contour;
   const ReferenceLine line = setting.line(point);
   unsure = line.ambiguous;
   const auto contrast = [&](const Passed& pixel) {
@@ -201,7 +201,7 @@ std::optional<Told> reference_told(const Setting& setting, const ContourPoint& p
     seen += std::abs(soft_sign(pixel.beyond, o));
     told.agreement -= contrast(pixel) * soft_sign(pixel.beyond, o);
   }
-  const double least = static_cast<double>(HF_OUTLINE_LEAST_PIXELS);
+  const double least = static_cast<double>(HF_CONTOUR_LEAST_PIXELS);
   unsure |= std::abs(seen - least) < kMargin;
   if (seen < least) return std::nullopt;
   told.agreement /= seen;
@@ -231,8 +231,8 @@ std::optional<Told> reference_told(const Setting& setting, const ContourPoint& p
     // The more colours vary beside their contrast, the more the edge is where colours alone put it.
     const double trust = edge ? 1 / (1 + edge->doubt / static_cast<double>(HF_CONTOUR_DOUBT)) : 0;
     told.distance = edge ? trust * edge->offset + (1 - trust) * by_colors : 0;
-    const double agreed = 1 / (1 + by_colors * by_colors / static_cast<double>(HF_OUTLINE_AGREED2));
-    told.weight *= edge ? agreed / (static_cast<double>(HF_OUTLINE_LEAST_DOUBT) + edge->doubt) : 0;
+    const double agreed = 1 / (1 + by_colors * by_colors / static_cast<double>(HF_CONTOUR_AGREED2));
+    told.weight *= edge ? agreed / (static_cast<double>(HF_CONTOUR_LEAST_DOUBT) + edge->doubt) : 0;
   }
   const double far2 = static_cast<double>(o.far2);
   if (far2 > 0) told.weight *= far2 / (far2 + told.distance * told.distance);
@@ -248,13 +248,13 @@ std::vector<T> run_lines(const Device::Impl& device, const Setting& setting, con
   const cl::Buffer frame = upload(device, to_memory(setting.frame, setting.level)), lines = upload(device, points);
   const cl::Buffer share = upload(device, setting.share);
   const cl::Buffer out = upload(device, std::vector<T>(items * values, untouched));
-  kernel::hf_outline outline = setting.outline;
-  outline.count = static_cast<int>(points.size());
+  kernel::hf_contour contour = setting.contour;
+  contour.count = static_cast<int>(points.size());
   cl::Kernel kernel = device.kernel(name);
   if (std::is_same_v<T, int>) {
-    set_arguments(kernel, frame, setting.level.layout, lines, outline, out);
+    set_arguments(kernel, frame, setting.level.layout, lines, contour, out);
   } else {
-    set_arguments(kernel, frame, setting.level.layout, lines, outline, share, out);
+    set_arguments(kernel, frame, setting.level.layout, lines, contour, share, out);
   }
   device.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(items),
                                     cl::NDRange(device.strips ? 1 : HF_GROUP));
@@ -267,12 +267,12 @@ std::vector<T> run_lines(const Device::Impl& device, const Setting& setting, con
 
 std::vector<int> run_colors(const Device::Impl& device, const Setting& setting,
                             const std::vector<ContourPoint>& points) {
-  return run_lines<int>(device, setting, points, "outline_colors", kBinsOfLine, static_cast<int>(kUntouched));
+  return run_lines<int>(device, setting, points, "contour_colors", kBinsOfLine, static_cast<int>(kUntouched));
 }
 
 std::vector<float> run_constraints(const Device::Impl& device, const Setting& setting,
                                    const std::vector<ContourPoint>& points) {
-  return run_lines<float>(device, setting, points, "outline_constraints", HF_OUTLINE_SUMS, kUntouched);
+  return run_lines<float>(device, setting, points, "contour_constraints", HF_CONTOUR_SUMS, kUntouched);
 }
 
 /// Bands of two colours under noise, some of it strong, a pixel here and there that was not recorded, and colours at
@@ -308,11 +308,11 @@ Setting random_setting(Size size, unsigned seed) {
     const bool more_red = (bin >> 8) > (bin >> 4 & 15);
     setting.share[bin] = static_cast<float>(uniform(random) < 0.2 ? uniform(random) : more_red ? 0.9 : 0.2);
   }
-  setting.outline.center[0] = 0.02F;
-  setting.outline.center[1] = -0.03F;
-  setting.outline.center[2] = 0.55F;
-  setting.outline.radius = 0.13F;
-  if (size.width > 8) setting.outline.region = {1, 2, size.width - 3, size.height - 3};
+  setting.contour.center[0] = 0.02F;
+  setting.contour.center[1] = -0.03F;
+  setting.contour.center[2] = 0.55F;
+  setting.contour.radius = 0.13F;
+  if (size.width > 8) setting.contour.region = {1, 2, size.width - 3, size.height - 3};
   return setting;
 }
 
@@ -346,12 +346,12 @@ std::vector<ContourPoint> random_points(const Setting& setting, unsigned seed) {
 /// By all that a line gives at most, so that the tolerances are relative to it.
 void check_told(const float* line, const Told& told, double tolerance) {
   const auto value = [&](int i) { return static_cast<double>(line[i]); };
-  CHECK(std::abs(value(HF_OUTLINE_DISTANCE) - told.distance) < tolerance);
-  CHECK(std::abs(value(HF_OUTLINE_INFORMATION) - told.information) < tolerance);
-  CHECK(std::abs(value(HF_OUTLINE_AGREEMENT) - told.agreement) < tolerance);
+  CHECK(std::abs(value(HF_CONTOUR_DISTANCE) - told.distance) < tolerance);
+  CHECK(std::abs(value(HF_CONTOUR_INFORMATION) - told.information) < tolerance);
+  CHECK(std::abs(value(HF_CONTOUR_AGREEMENT) - told.agreement) < tolerance);
   const double most_weight = std::max(1.0, told.weight), most_distance = std::max(1.0, std::abs(told.distance));
-  CHECK(std::abs(value(HF_OUTLINE_W) - told.weight) < tolerance * most_weight);
-  CHECK(std::abs(value(HF_OUTLINE_WRR) - told.weight * told.distance * told.distance) <
+  CHECK(std::abs(value(HF_CONTOUR_W) - told.weight) < tolerance * most_weight);
+  CHECK(std::abs(value(HF_CONTOUR_WRR) - told.weight * told.distance * told.distance) <
         2 * tolerance * most_weight * most_distance * most_distance);
   const double most = told.row.cwiseAbs().maxCoeff();
   int n = HF_SUM_A;
@@ -359,13 +359,13 @@ void check_told(const float* line, const Told& told, double tolerance) {
   for (int a = 0; a < 6; ++a) {
     for (int b = a; b < 6; ++b) off_A = std::max(off_A, std::abs(value(n++) - told.weight * told.row(a) * told.row(b)));
     off_h = std::max(off_h, std::abs(value(HF_SUM_H + a) - told.weight * told.row(a) * told.distance));
-    off_outward = std::max(off_outward, std::abs(value(HF_OUTLINE_OUTWARD + a) - told.weight * told.row(a)));
+    off_outward = std::max(off_outward, std::abs(value(HF_CONTOUR_OUTWARD + a) - told.weight * told.row(a)));
   }
   CHECK(n == HF_SUM_H);
   CHECK(off_A < 2 * tolerance * most_weight * most * most);
   CHECK(off_h < 2 * tolerance * most_weight * most * most_distance);
   CHECK(off_outward < 2 * tolerance * most_weight * most);
-  for (int i = HF_OUTLINE_OUTWARD + 6; i < HF_OUTLINE_SUMS; ++i) CHECK(line[i] == 0.0F);
+  for (int i = HF_CONTOUR_OUTWARD + 6; i < HF_CONTOUR_SUMS; ++i) CHECK(line[i] == 0.0F);
 }
 
 void check_constraints(const Device::Impl& device, Size size) {
@@ -376,24 +376,24 @@ void check_constraints(const Device::Impl& device, Size size) {
   const double tolerance = 1e-5 + 4e-7 * std::max(size.width, size.height);
   for (int variant = 0; variant < 8; ++variant) {
     CAPTURE(variant);
-    setting.outline.by_shares = variant & 1;
-    setting.outline.far2 = variant & 2 ? 1.7F : 0.0F;
-    setting.outline.step = variant & 4 ? 0.5F : 1.0F;
-    setting.outline.variance = variant & 4 ? 0.25F : 1.0F;
-    setting.outline.beside = variant & 2 ? 1 : 2;
-    setting.outline.around = variant & 2 ? 4 : 6;
+    setting.contour.by_shares = variant & 1;
+    setting.contour.far2 = variant & 2 ? 1.7F : 0.0F;
+    setting.contour.step = variant & 4 ? 0.5F : 1.0F;
+    setting.contour.variance = variant & 4 ? 0.25F : 1.0F;
+    setting.contour.beside = variant & 2 ? 1 : 2;
+    setting.contour.around = variant & 2 ? 4 : 6;
     const std::vector<float> sums = run_constraints(device, setting, points);
     std::size_t telling = 0, silent = 0, weighing = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       CAPTURE(i);
-      const float* line = sums.data() + i * HF_OUTLINE_SUMS;
+      const float* line = sums.data() + i * HF_CONTOUR_SUMS;
       bool unsure = false;
       const std::optional<Told> told = reference_told(setting, points[i], unsure);
       REQUIRE(!unsure);
       if (told) {
         check_told(line, *told, tolerance);
       } else {
-        CHECK(std::all_of(line, line + HF_OUTLINE_SUMS, [](float value) { return value == 0.0F; }));
+        CHECK(std::all_of(line, line + HF_CONTOUR_SUMS, [](float value) { return value == 0.0F; }));
       }
       ++(told ? telling : silent);
       weighing += told && told->weight > 0.01 ? 1 : 0;
@@ -427,16 +427,16 @@ void check_row(const Device::Impl& device, Size size) {
   const std::vector<ContourPoint> points = random_points(setting, 8);
   Conditioning conditioning;
   for (int axis = 0; axis < 3; ++axis) {
-    conditioning.p_camera_center(axis) = static_cast<double>(setting.outline.center[axis]);
+    conditioning.p_camera_center(axis) = static_cast<double>(setting.contour.center[axis]);
   }
-  conditioning.radius = static_cast<double>(setting.outline.radius);
+  conditioning.radius = static_cast<double>(setting.contour.radius);
   const std::vector<float> sums = run_constraints(device, setting, points);
   int checked = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     CAPTURE(i);
-    const float* line = sums.data() + i * HF_OUTLINE_SUMS;
-    const double weight = static_cast<double>(line[HF_OUTLINE_W]),
-                 distance = static_cast<double>(line[HF_OUTLINE_DISTANCE]);
+    const float* line = sums.data() + i * HF_CONTOUR_SUMS;
+    const double weight = static_cast<double>(line[HF_CONTOUR_W]),
+                 distance = static_cast<double>(line[HF_CONTOUR_DISTANCE]);
     if (weight < 1e-3 || std::abs(distance) < 0.1) continue;
     ++checked;
     const Eigen::Vector2d normal = setting.line(points[i]).normal;
@@ -462,7 +462,7 @@ void check_row(const Device::Impl& device, Size size) {
   if (size.width > 1) CHECK(checked >= 8);
 }
 
-/// What it is for, in words: an outline drawn beside the edge of two colours is told how far and which way it is off.
+/// What it is for, in words: a contour drawn beside the edge of two colours is told how far and which way it is off.
 void check_found_edge(const Device::Impl& device, Size size) {
   if (size.width < 13) return;
   const Eigen::Vector2d normal(std::cos(0.4), std::sin(0.4)), middle(0.5 * size.width, 0.5 * size.height);
@@ -482,14 +482,14 @@ void check_found_edge(const Device::Impl& device, Size size) {
     }
   }
   Setting setting(size, frame);
-  setting.outline.variance = 0.25F;
-  setting.outline.step = 0.5F;
+  setting.contour.variance = 0.25F;
+  setting.contour.step = 0.5F;
   for (const bool swapped : {false, true}) {
     setting.share.assign(ColorHistograms::kBins, 0.5F);
     setting.share[static_cast<std::size_t>(bin_of(inside))] = swapped ? 0.02F : 0.98F;
     setting.share[static_cast<std::size_t>(bin_of(outside))] = swapped ? 0.98F : 0.02F;
     for (const bool by_shares : {false, true}) {
-      setting.outline.by_shares = by_shares ? 1 : 0;
+      setting.contour.by_shares = by_shares ? 1 : 0;
       for (const double offset : {-1.0, -0.4, 0.0, 0.3, 0.8}) {
         CAPTURE(offset);
         std::vector<ContourPoint> points;
@@ -505,10 +505,10 @@ void check_found_edge(const Device::Impl& device, Size size) {
         const std::vector<float> sums = run_constraints(device, setting, points);
         double distance = 0, information = 0, agreement = 0;
         for (std::size_t i = 0; i < points.size(); ++i) {
-          const float* line = sums.data() + i * HF_OUTLINE_SUMS;
-          distance += static_cast<double>(line[HF_OUTLINE_DISTANCE]) / static_cast<double>(points.size());
-          information += static_cast<double>(line[HF_OUTLINE_INFORMATION]) / static_cast<double>(points.size());
-          agreement += static_cast<double>(line[HF_OUTLINE_AGREEMENT]) / static_cast<double>(points.size());
+          const float* line = sums.data() + i * HF_CONTOUR_SUMS;
+          distance += static_cast<double>(line[HF_CONTOUR_DISTANCE]) / static_cast<double>(points.size());
+          information += static_cast<double>(line[HF_CONTOUR_INFORMATION]) / static_cast<double>(points.size());
+          agreement += static_cast<double>(line[HF_CONTOUR_AGREEMENT]) / static_cast<double>(points.size());
         }
         CHECK((swapped ? -agreement : agreement) > 0.8);
         if (by_shares) CHECK(std::abs(distance - offset) < (std::abs(offset) < 0.5 ? 0.04 : 0.12));
@@ -522,7 +522,7 @@ void check_found_edge(const Device::Impl& device, Size size) {
 
 }  // namespace
 
-SMALL_AND_LARGE("constraints of lines across the outline", check_constraints)
-SMALL_AND_LARGE("colours of lines across the outline", check_colors)
+SMALL_AND_LARGE("constraints of lines across the contour", check_constraints)
+SMALL_AND_LARGE("colours of lines across the contour", check_colors)
 SMALL_AND_LARGE("a line's row is the slope of its pixel", check_row)
 SMALL_AND_LARGE("a line finds the edge of two colours", check_found_edge)

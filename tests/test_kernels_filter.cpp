@@ -37,25 +37,6 @@ void check_blur(const Device::Impl& device, Size size) {
   }
 }
 
-/// One level is blurred less than the others.
-void check_fine_blur(const Device::Impl& device, Size size) {
-  Level level = level_of(size);
-  const double sigma = 1.2, fine_sigma = 0.6;
-  ImageFilter filter(device, sigma, fine_sigma);
-  filter.set_fine_level(1);
-  const Planes in = random_pixels(size, 9);
-  const cl::Buffer in_buffer = upload(device, to_memory(in, level));
-  for (const int index : {0, 1}) {
-    level.index = index;
-    const cl::Buffer blurred = zeroed(device, level, 4);
-    filter.enqueue_blur(in_buffer, level, whole(level), blurred);
-    const auto out = download<float>(device, blurred, level.elements * 4);
-    const double expected = index == 1 ? fine_sigma : sigma;
-    CHECK(filter.sigma(index) == expected);
-    CHECK(largest_difference(out, level, reference::blurred(in, expected)) < 2e-5);
-  }
-}
-
 /// Where coverage is known to be 1 everywhere it is not looked at.
 void check_blur_covered(const Device::Impl& device, Size size) {
   const Level level = level_of(size);
@@ -177,7 +158,6 @@ void check_halve(const Device::Impl& device, Size size) {
 }  // namespace
 
 SMALL_AND_LARGE("blur", check_blur)
-SMALL_AND_LARGE("a narrower blur of one level", check_fine_blur)
 SMALL_AND_LARGE("blur of what is covered everywhere", check_blur_covered)
 SMALL_AND_LARGE("blur of frames as they come", check_blur_frame)
 SMALL_AND_LARGE("halving", check_halve)

@@ -35,8 +35,7 @@ void check_view_template(const Device::Impl& device, Size size) {
     const cl::Buffer rgba_buffer = upload(device, rgba), window_buffer = upload(device, window);
     const cl::Buffer pixels = zeroed(device, level, 4);
     const cl::Buffer depth = zeroed(device, level);
-    kernel::hf_view view{
-        stride, level.padded_height, grey, 0, static_cast<float>(near_plane), static_cast<float>(far_plane)};
+    kernel::hf_view view{stride, grey, static_cast<float>(near_plane), static_cast<float>(far_plane)};
     cl::Kernel unpack = device.kernel("unpack_view");
     set_arguments(unpack, rgba_buffer, window_buffer, view, to_kernel(whole(level)), level.layout, pixels, depth);
     device.enqueue_rows(unpack, level.padded_width, level.padded_height);
@@ -237,7 +236,7 @@ void check_render_planes(const Device::Impl& device, Size size) {
       }
     }
     const cl::Buffer packed = upload(device, rgba);
-    const kernel::hf_view view{rect.width, rect.height, grey, 0, 0.5f, 0.9f};
+    const kernel::hf_view view{rect.width, grey, 0.5f, 0.9f};
     for (const double sigma : {1.0, 1.2}) {
       ImageFilter filter(device, sigma);
       TemplatePlanes template_planes(device, filter, level);

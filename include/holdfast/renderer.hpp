@@ -36,7 +36,7 @@ struct RendererOptions {
   /// A mesh of many triangles is drawn with fewer, as long as surface and texture stay where they are within this many
   /// pixels (root of the mean square where it is worst); 0: with all of them.
   double deviation_pixels = 0;
-  bool lit = false;           ///< set_shading(), set_tone() are going to be used: shaders for them are made at once
+  bool lit = false;           ///< set_shading() is going to be used: shaders for it are made at once
   bool silhouettes = false;   ///< depth alone is going to be asked for: drawn of the shape, at twice the deviation
   bool light_texels = false;  ///< set_light_texels() is going to be used: textures for it are made too
 };
@@ -70,14 +70,6 @@ class HOLDFAST_EXPORT Renderer {
   /// (1 + shading . n) / (1 + |shading|) times as bright as its texture, from now on. Shorter than 1; zero, as at
   /// first: as bright as its texture.
   void set_shading(const Eigen::Vector3d& shading);
-
-  /// What is so lit is drawn to this power (of brightness in [0, 1], as encoded) from now on, 0.2 to 5; 1 at first:
-  /// another camera's curve of tone. Throws Error(invalid_argument) for another value.
-  void set_tone(double power);
-
-  /// How much the lens blurs, standard deviation in pixels, 0 (at first) to 4: textures are drawn so from now on, edges
-  /// of the object stay sharp. Costs nothing. Throws Error(invalid_argument) for another value.
-  void set_lens_blur(double sigma);
 
   /// Whether texels are averaged and interpolated as the light that they stand for (sRGB), as a camera does it, from
   /// now on; otherwise, and at first, as their encoded values, as many a renderer does it. Edges between bright and

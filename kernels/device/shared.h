@@ -59,24 +59,24 @@
 /* A cell's pairs: gain of three channels, bias of three channels. */
 #define HF_CELL_PAIRS 8
 
-/* Lines across the outline of an object: floats of a point, bits of each channel that tell colours apart, sums of a
+/* Lines across the contour of an object: floats of a point, bits of each channel that tell colours apart, sums of a
    line (A and h as those of a tile, then these). */
-#define HF_OUTLINE_POINT 8 /* point (camera axes), normal (x, y), reach of the object and of the background, 0 */
+#define HF_CONTOUR_POINT 8 /* point (camera axes), normal (x, y), reach of the object and of the background, 0 */
 #define HF_COLOR_BITS 4
-#define HF_OUTLINE_WRR 27 /* w times the squared distance to the edge that was found */
-#define HF_OUTLINE_W 28
-#define HF_OUTLINE_DISTANCE 29    /* that distance, pixels out of the object */
-#define HF_OUTLINE_INFORMATION 30 /* of the line, 1 / square pixels; 0: it tells nothing */
-#define HF_OUTLINE_AGREEMENT 31   /* how well its colours agree with an edge right here, -1 to 1 */
-#define HF_OUTLINE_OUTWARD 32     /* 6: what h gains where every edge is found a pixel farther out */
-#define HF_OUTLINE_SUMS 40
-#define HF_OUTLINE_LEAST_Z 1e-6f     /* metres, of a point in front of the camera */
-#define HF_OUTLINE_LEAST_PIXELS 3.0f /* of a line on the frame, else it is none */
-#define HF_OUTLINE_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
-#define HF_OUTLINE_HALF_EDGE 0.7f    /* pixels beyond the outline to which pixels show shares, sharp frames */
-#define HF_OUTLINE_AGREED2 2.25f     /* squared distance of an edge by colours at which its shares weigh half */
+#define HF_CONTOUR_WRR 27 /* w times the squared distance to the edge that was found */
+#define HF_CONTOUR_W 28
+#define HF_CONTOUR_DISTANCE 29    /* that distance, pixels out of the object */
+#define HF_CONTOUR_INFORMATION 30 /* of the line, 1 / square pixels; 0: it tells nothing */
+#define HF_CONTOUR_AGREEMENT 31   /* how well its colours agree with an edge right here, -1 to 1 */
+#define HF_CONTOUR_OUTWARD 32     /* 6: what h gains where every edge is found a pixel farther out */
+#define HF_CONTOUR_SUMS 40
+#define HF_CONTOUR_LEAST_Z 1e-6f     /* metres, of a point in front of the camera */
+#define HF_CONTOUR_LEAST_PIXELS 3.0f /* of a line on the frame, else it is none */
+#define HF_CONTOUR_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
+#define HF_CONTOUR_HALF_EDGE 0.7f    /* pixels beyond the contour to which pixels show shares, sharp frames */
+#define HF_CONTOUR_AGREED2 2.25f     /* squared distance of an edge by colours at which its shares weigh half */
 #define HF_CONTOUR_DOUBT 0.15f       /* doubt at which an edge by shares counts as much as one by colours */
-#define HF_OUTLINE_LEAST_DOUBT 0.3f  /* added to the doubt that weighs shares */
+#define HF_CONTOUR_LEAST_DOUBT 0.3f  /* added to the doubt that weighs shares */
 
 /* Lines across the edges of a model: floats of a line, pixels looked at on either side, edges of the frame that are
    kept of a line and floats of each. */
@@ -115,10 +115,8 @@ typedef struct {
 
 /* Rendered pixels packed in a region buffer. */
 typedef struct {
-  HF_INT stride;           /* pixels */
-  HF_INT height;           /* rows drawn */
-  HF_INT grey;             /* 1: the frame has one channel, so must the view */
-  HF_FLOAT color_variance; /* square pixels that colour is blurred by and brightness is not; 0 to 1 */
+  HF_INT stride; /* pixels */
+  HF_INT grey;   /* 1: the frame has one channel, so must the view */
   HF_FLOAT near_plane, far_plane;
 } hf_view;
 
@@ -178,7 +176,7 @@ typedef struct {
 } hf_constraints;
 
 typedef struct {
-  HF_FLOAT d[12];          /* D, rows of 3x4: where the outline's points have moved since the view was drawn */
+  HF_FLOAT d[12];          /* D, rows of 3x4: where the contour's points have moved since the view was drawn */
   HF_FLOAT fx, fy, cx, cy; /* camera of this level */
   HF_FLOAT center[3];      /* reference point of rotation, camera frame */
   HF_FLOAT radius;         /* scale of translation, metres */
@@ -192,7 +190,7 @@ typedef struct {
   HF_INT by_shares;        /* 1: the edge is where the shares of both sides' colours put it */
   HF_INT beside, around;   /* pixels at the edge that show shares, and up to which the sides' colours are taken */
   HF_FLOAT far2;           /* square of the distance at which a line weighs half; 0: all weigh fully */
-} hf_outline;
+} hf_contour;
 
 typedef struct {
   hf_rect region; /* pixels of the level that hold the frame */

@@ -36,103 +36,6 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
   }
 }
 
-/* Sixteen packed pixels of a render from (x, y) on, or one; 0 where the surface is not known and outside. */
-#if HF_STRIPS
-typedef uint16 packed_pixels;
-#else
-typedef uint packed_pixels;
-#endif
-
-INLINE packed_pixels known_pixels(__global const uint* packed, hf_view view, int width, int x, int y) {
-  if (x < 0 || x >= width || y < 0 || y >= view.height) return (packed_pixels)(0);
-  __global const uint* p = packed + HF_RENDER_GUARD + y * view.stride + x;
-#if HF_STRIPS
-  const uint16 pixels = as_uint16(LOAD((__global const float*)p));
-  return pixels & as_uint16(as_int16(pixels) >> 31);
-#else
-  return (*p >> 31) != 0 ? *p : 0;
-#endif
-}
-
-/* Two channels of packed pixels, each in half of an integer: sums of 256 bytes fit. */
-#define CHANNEL_PAIR(pixels, shift) (((pixels) >> (uint)(shift)) & 0x00ff00ffu)
-
-/* Weighted 1 4 6 4 1, a variance of one square pixel. */
-#define WEIGHTED(a, b, c, d, e) (6u * (c) + 4u * ((b) + (d)) + (a) + (e))
-
-typedef struct {
-  packed_pixels red_blue, green_alpha;
-} channel_sums;
-
-INLINE channel_sums summed_across(__global const uint* packed, hf_view view, int width, int x, int y) {
-  packed_pixels p[5];
-#pragma unroll
-  for (int i = 0; i < 5; ++i) p[i] = known_pixels(packed, view, width, x, y + i - 2);
-#define ACROSS(shift)                                                                                                  \
-  WEIGHTED(CHANNEL_PAIR(p[0], shift), CHANNEL_PAIR(p[1], shift), CHANNEL_PAIR(p[2], shift), CHANNEL_PAIR(p[3], shift), \
-           CHANNEL_PAIR(p[4], shift))
-  channel_sums sums;
-  sums.red_blue = ACROSS(0);
-  sums.green_alpha = ACROSS(8);
-#undef ACROSS
-  return sums;
-}
-
-#if HF_STRIPS
-INLINE uint16 summed_along(uint16 before, uint16 here, uint16 after) {
-  return WEIGHTED((uint16)(before.sef, here.s01234567, here.s89ab, here.scd),
-                  (uint16)(before.sf, here.s01234567, here.s89ab, here.scde), here,
-                  (uint16)(here.s1234, here.s56789abc, here.sdef, after.s0),
-                  (uint16)(here.s2345, here.s6789abcd, here.sef, after.s01));
-}
-#endif
-
-/* unpack_view, `rect` in whole tiles, for frames whose colour is coarser than their brightness: equation 6b of
-   docs/math.md. */
-__kernel void unpack_view_coarse_color(__global const uint* packed, __global const float* window_depth, hf_view view,
-                                       hf_rect rect, hf_layout layout, __global float* pixels, __global float* depth) {
-  const int row = (int)get_global_id(1);
-#if HF_STRIPS
-  channel_sums before = {(uint16)(0), (uint16)(0)}, here = summed_across(packed, view, rect.width, 0, row);
-#endif
-  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); i += LANES) {
-    const int e = element(layout, rect.x + i, rect.y + row);
-    channel_sums sums;
-#if HF_STRIPS
-    for (int k = 0; k < 16; k += PIXELS_AT_ONCE) {
-      STORE_LANE(metric_depth(LOAD_LANE(window_depth + row * view.stride + i + k), view), depth + e + k);
-    }
-    const channel_sums after = summed_across(packed, view, rect.width, i + 16, row);
-    sums.red_blue = summed_along(before.red_blue, here.red_blue, after.red_blue);
-    sums.green_alpha = summed_along(before.green_alpha, here.green_alpha, after.green_alpha);
-    before = here;
-    here = after;
-#else
-    STORE_LANE(metric_depth(LOAD_LANE(window_depth + row * view.stride + i), view), depth + e);
-    channel_sums column[5];
-    for (int k = 0; k < 5; ++k) column[k] = summed_across(packed, view, rect.width, i + k - 2, row);
-#define ALONG(pair) WEIGHTED(column[0].pair, column[1].pair, column[2].pair, column[3].pair, column[4].pair)
-    sums.red_blue = ALONG(red_blue);
-    sums.green_alpha = ALONG(green_alpha);
-#undef ALONG
-#endif
-    const packed_pixels sharp = known_pixels(packed, view, rect.width, i, row);
-    const lane_float red = TO_FLOAT(sharp & 255u), green = TO_FLOAT((sharp >> 8u) & 255u);
-    const lane_float blue = TO_FLOAT((sharp >> 16u) & 255u), known = (1.0f / 255.0f) * TO_FLOAT(sharp >> 24u);
-    /* Alpha is a byte of 0 or 255; where a pixel is known, at least 36 of 256 parts are. */
-    const lane_float inverse = 255.0f * known / fmax((lane_float)(1.0f), TO_FLOAT(sums.green_alpha >> 16u));
-    const lane_float redder = fma(inverse, TO_FLOAT(sums.red_blue & 0xffffu), -red);
-    const lane_float greener = fma(inverse, TO_FLOAT(sums.green_alpha & 0xffffu), -green);
-    const lane_float bluer = fma(inverse, TO_FLOAT(sums.red_blue >> 16u), -blue);
-    const lane_float brighter = LUMA(redder, greener, bluer);
-    const lane_float byte = (lane_float)(1.0f / 255.0f), variance = (lane_float)(view.color_variance);
-    const lane_float r = byte * fma(variance, redder - brighter, red);
-    const lane_float g = byte * fma(variance, greener - brighter, green);
-    const lane_float b = byte * fma(variance, bluer - brighter, blue);
-    store_interleaved(r, g, b, known, 16, pixels + HF_PIXEL * e);
-  }
-}
-
 /* Depth of the coarser level: the mean of those of the 2x2 pixels that are drawn. */
 __kernel void halve_depth(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,
                           __global float* out) {
@@ -332,7 +235,7 @@ __kernel void pixel_planes(__global const float* in, __global const float* depth
                            __global float* dy, __global uchar* usable) {
   const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
   if (block.width == 0) return;
-  const hf_view none = {0, 0, 0, 0.0f, 0.0f, 0.0f};
+  const hf_view none = {0, 0, 0.0f, 0.0f};
   if (radius == 3) {
     planes_of_block(in, 0, none, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
   } else if (radius == 2) {

@@ -1,10 +1,9 @@
 // The host puts "#version 330 core" and one of TEXTURED (perhaps SUPERSAMPLED too), VERTEX_COLORED, UNKNOWN in front of
-// this text, and SHADED where light falls on the surface, perhaps TONED too: llvmpipe takes both sides of every branch,
-// so that a uniform would make all pixels pay for what few need.
+// this text, and SHADED where light falls on the surface: llvmpipe takes both sides of every branch, so that a uniform
+// would make all pixels pay for what few need.
 #ifdef TEXTURED
 in vec2 fragment_coordinate;
 uniform sampler2D surface;
-uniform float spread;  // of a pixel's samples, beside a sharp one's
 #endif
 #ifdef VERTEX_COLORED
 in vec4 fragment_color;
@@ -13,9 +12,6 @@ in vec4 fragment_color;
 #ifdef SHADED
 in vec3 fragment_position;
 uniform vec3 shading;  // how much brighter surface that faces this way (camera frame) looks than its texture
-#endif
-#ifdef TONED
-uniform float tone;  // power of what is so lit
 #endif
 
 out vec4 pixel;
@@ -29,9 +25,9 @@ void main() {
   float across2 = dot(texels_across, texels_across), down2 = dot(texels_down, texels_down);
   vec2 longer = across2 > down2 ? across : down, shorter = across2 > down2 ? down : across;
   bool slanted = max(across2, down2) > max(1.0, 4.0 * min(across2, down2));
-  vec2 step1 = spread * 0.25 * longer, step2 = spread * (slanted ? 0.125 * longer : 0.25 * shorter);
+  vec2 step1 = 0.25 * longer, step2 = slanted ? 0.125 * longer : 0.25 * shorter;
   // Found once: as part of every sample it takes a sixth of the time.
-  float level = 0.5 * log2(max(across2, down2)) + (slanted ? -2.0 : -1.0) + log2(spread);
+  float level = 0.5 * log2(max(across2, down2)) + (slanted ? -2.0 : -1.0);
   vec4 a = textureLod(surface, fragment_coordinate - step1 - step2, level);
   vec4 b = textureLod(surface, fragment_coordinate - step1 + step2, level);
   vec4 c = textureLod(surface, fragment_coordinate + step1 - step2, level);
@@ -41,7 +37,7 @@ void main() {
 #elif defined(TEXTURED)
   // Texels of half a pixel, between which bilinear filtering averages over about one; those of a whole pixel would
   // blur over two and put edges elsewhere.
-  vec4 color = texture(surface, fragment_coordinate, -1.0 + log2(spread));
+  vec4 color = texture(surface, fragment_coordinate, -1.0);
 #elif defined(VERTEX_COLORED)
   vec4 color = fragment_color;
 #else
@@ -51,9 +47,6 @@ void main() {
   vec3 normal = normalize(cross(dFdx(fragment_position), dFdy(fragment_position)));
   normal *= -sign(dot(normal, fragment_position));
   color.rgb *= (1.0 + dot(shading, normal)) / (1.0 + length(shading));
-#endif
-#ifdef TONED
-  color.rgb = pow(color.rgb, vec3(tone));
 #endif
   // Filtering mixes never-seen texels (alpha 0) in; where that is more than a trace, the colour is not known.
   pixel = vec4(color.rgb, step(0.98, color.a));

@@ -1,5 +1,5 @@
-// The host puts "#version 330 core" and one of TEXTURED, VERTEX_COLORED, UNKNOWN, perhaps SHADED and TONED too, in front
-// of this text.
+// The host puts "#version 330 core" and one of TEXTURED, VERTEX_COLORED, UNKNOWN, perhaps SHADED too, in front of
+// this text.
 layout(location = 0) in vec3 position;  // object frame about the bounding box's centre, metres
 #ifdef TEXTURED
 layout(location = 1) in vec2 texture_coordinate;

@@ -22,14 +22,14 @@ ContourConstraints::ContourConstraints(const Device::Impl& device, const std::ve
     : device_(device), levels_(levels) {
   points_.reserve(kMostLines);
   lines_.reserve(kMostLines);
-  sums_.resize(kMostLines * HF_OUTLINE_SUMS);
+  sums_.resize(kMostLines * HF_CONTOUR_SUMS);
   bins_.resize(kMostLines * kLine);
   points_buffer_ = device.zeroed_buffer(kMostLines * sizeof(ContourPoint));
   share_buffer_ = device.zeroed_buffer(ColorHistograms::kBins * sizeof(float));
   sums_buffer_ = device.zeroed_buffer(sums_.size() * sizeof(float));
   bins_buffer_ = device.zeroed_buffer(bins_.size() * sizeof(int));
-  constraints_ = device.kernel("outline_constraints");
-  colors_ = device.kernel("outline_colors");
+  constraints_ = device.kernel("contour_constraints");
+  colors_ = device.kernel("contour_colors");
 }
 
 void ContourConstraints::set_points(const DrawnDepth& drawn, int level) {
@@ -45,10 +45,10 @@ void ContourConstraints::set_colors(const ColorHistograms& colors) {
                                    colors.share().data());
 }
 
-kernel::hf_outline ContourConstraints::options(const DeviceImage& image, const Pose& D,
+kernel::hf_contour ContourConstraints::options(const DeviceImage& image, const Pose& D,
                                                const Conditioning& conditioning, const ContourSearch& search) const {
   const Level& level = levels_[static_cast<std::size_t>(level_)];
-  kernel::hf_outline o{};
+  kernel::hf_contour o{};
   to_rows(D, o.d);
   for (int i = 0; i < 3; ++i) o.center[i] = static_cast<float>(conditioning.p_camera_center(i));
   o.radius = static_cast<float>(conditioning.radius);
@@ -88,30 +88,30 @@ ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, cons
   constraints_.setArg(4, share_buffer_);
   constraints_.setArg(5, sums_buffer_);
   enqueue(constraints_);
-  device_.queue.enqueueReadBuffer(sums_buffer_, CL_TRUE, 0, points_.size() * HF_OUTLINE_SUMS * sizeof(float),
+  device_.queue.enqueueReadBuffer(sums_buffer_, CL_TRUE, 0, points_.size() * HF_CONTOUR_SUMS * sizeof(float),
                                   sums_.data());
   lines_.assign(points_.size(), Line::silent);
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    const float* line = sums_.data() + i * HF_OUTLINE_SUMS;
-    if (line[HF_OUTLINE_AGREEMENT] == 0.0F && line[HF_OUTLINE_INFORMATION] == 0.0F) continue;
+    const float* line = sums_.data() + i * HF_CONTOUR_SUMS;
+    if (line[HF_CONTOUR_AGREEMENT] == 0.0F && line[HF_CONTOUR_INFORMATION] == 0.0F) continue;
     ++sums.lines;
-    if (static_cast<double>(line[HF_OUTLINE_INFORMATION]) < kLeastInformation) continue;
-    const bool near = std::abs(static_cast<double>(line[HF_OUTLINE_DISTANCE])) < kNear;
+    if (static_cast<double>(line[HF_CONTOUR_INFORMATION]) < kLeastInformation) continue;
+    const bool near = std::abs(static_cast<double>(line[HF_CONTOUR_DISTANCE])) < kNear;
     lines_[i] = near ? Line::near : Line::far;
     if (near) {
       ++sums.near;
-      sums.agreement += static_cast<double>(line[HF_OUTLINE_AGREEMENT]);
+      sums.agreement += static_cast<double>(line[HF_CONTOUR_AGREEMENT]);
     }
     ++sums.rows;
     std::size_t n = HF_SUM_A;
     for (int a = 0; a < 6; ++a) {
       for (int b = a; b < 6; ++b) sums.A(a, b) += static_cast<double>(line[n++]);
       sums.h(a) += static_cast<double>(line[HF_SUM_H + a]);
-      sums.outward(a) += static_cast<double>(line[HF_OUTLINE_OUTWARD + a]);
+      sums.outward(a) += static_cast<double>(line[HF_CONTOUR_OUTWARD + a]);
     }
-    sums.weighted_square += static_cast<double>(line[HF_OUTLINE_WRR]);
-    sums.weight += static_cast<double>(line[HF_OUTLINE_W]);
-    sums.weighted_distance += static_cast<double>(line[HF_OUTLINE_W]) * static_cast<double>(line[HF_OUTLINE_DISTANCE]);
+    sums.weighted_square += static_cast<double>(line[HF_CONTOUR_WRR]);
+    sums.weight += static_cast<double>(line[HF_CONTOUR_W]);
+    sums.weighted_distance += static_cast<double>(line[HF_CONTOUR_W]) * static_cast<double>(line[HF_CONTOUR_DISTANCE]);
   }
   if (sums.near > 0) sums.agreement /= sums.near;
   for (int a = 0; a < 6; ++a) {

@@ -64,7 +64,7 @@ class ContourConstraints {
   void learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning, ColorHistograms& colors);
 
  private:
-  kernel::hf_outline options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,
+  kernel::hf_contour options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,
                              const ContourSearch& search) const;
   void enqueue(cl::Kernel& kernel);
 

@@ -16,7 +16,7 @@ struct ContourPoint {
   float outside = 0;                                   ///< how far the background does
   float unused = 0;
 };
-static_assert(sizeof(ContourPoint) == HF_OUTLINE_POINT * sizeof(float));
+static_assert(sizeof(ContourPoint) == HF_CONTOUR_POINT * sizeof(float));
 
 /// At most `most` points, evenly along the contour where it lies inside the picture; the object must be seen for some
 /// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 23 of docs/math.md).

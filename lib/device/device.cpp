@@ -163,7 +163,7 @@ void begin_program(Device::Impl& impl, const DeviceOptions& options, std::launch
   std::string source;
   for (const char* file : {"shared.h", "common.cl", "device_image.cl", "image_filter.cl", "blur_block.cl",
                            "halve_frame.cl", "view_template.cl", "motion_blur.cl", "occlusion.cl",
-                           "flow_constraints.cl", "shift_search.cl", "outline.cl", "edges.cl"}) {
+                           "flow_constraints.cl", "shift_search.cl", "contour_constraints.cl", "edge_candidates.cl"}) {
     source += embedded_text(file);
     source += '\n';
   }

@@ -19,20 +19,16 @@ std::vector<float> ImageFilter::gaussian_taps(double sigma) {
   return taps;
 }
 
-ImageFilter::Gaussian ImageFilter::make(const Device::Impl& device, double sigma) {
+ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(device), sigma_(sigma) {
   auto taps = gaussian_taps(sigma);
-  const int radius = static_cast<int>(taps.size()) - 1;
-  if (radius > HF_MAX_RADIUS) {
+  radius_ = static_cast<int>(taps.size()) - 1;
+  if (radius_ > HF_MAX_RADIUS) {
     throw Error(ErrorCode::invalid_argument,
-                "blur_sigma " + std::to_string(sigma) + " is too wide: its reach of " + std::to_string(radius) +
+                "blur_sigma " + std::to_string(sigma) + " is too wide: its reach of " + std::to_string(radius_) +
                     " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
   }
   const std::size_t bytes = taps.size() * sizeof(float);
-  return {sigma, radius, cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, taps.data())};
-}
-
-ImageFilter::ImageFilter(const Device::Impl& device, double sigma, double fine_sigma)
-    : device_(device), wide_(make(device, sigma)), fine_(make(device, std::min(sigma, fine_sigma))) {
+  taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, taps.data());
   halve_ = device.kernel("halve");
   blur_ = device.kernel("blur");
   if (!device.strips) return;
@@ -70,9 +66,8 @@ void ImageFilter::enqueue_halve(const cl::Buffer& in, PixelFormat format, const 
 void ImageFilter::set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const {
   kernel.setArg(index, level.layout);
   kernel.setArg(index + 1, to_kernel(rect));
-  const Gaussian& blur = gaussian(level.index);
-  kernel.setArg(index + 2, blur.taps);
-  kernel.setArg(index + 3, blur.radius);
+  kernel.setArg(index + 2, taps_);
+  kernel.setArg(index + 3, radius_);
 }
 
 void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const {

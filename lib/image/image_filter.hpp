@@ -11,19 +11,13 @@ namespace holdfast {
 /// Separable Gaussian and halving, the same for the rendered view and the frame.
 class ImageFilter {
  public:
-  /// `sigma` in pixels; 0 leaves images as they are. One level at a time may be blurred by `fine_sigma` instead, no
-  /// wider than `sigma`. Throws Error(invalid_argument) when the reach exceeds HF_MAX_RADIUS.
-  ImageFilter(const Device::Impl& device, double sigma, double fine_sigma);
-  ImageFilter(const Device::Impl& device, double sigma) : ImageFilter(device, sigma, sigma) {}
+  /// `sigma` in pixels; 0 leaves images as they are. Throws Error(invalid_argument) when the reach exceeds
+  /// HF_MAX_RADIUS.
+  ImageFilter(const Device::Impl& device, double sigma);
 
-  /// Blurs images of that level by the fine Gaussian from now on, and others no longer; none: -1.
-  void set_fine_level(int level) { fine_level_ = level; }
-  int fine_level() const { return fine_level_; }
-  /// Pixels that images of a level are blurred by.
-  double sigma(int level) const { return gaussian(level).sigma; }
-
-  /// Pixels beyond which no blur reaches.
-  int radius() const { return wide_.radius; }
+  /// Pixels that images of every level are blurred by, and beyond which the blur does not reach.
+  double sigma() const { return sigma_; }
+  int radius() const { return radius_; }
 
   /// Weights of a one-dimensional Gaussian: [0] the centre, then one side; they sum to one over both sides.
   static std::vector<float> gaussian_taps(double sigma);
@@ -52,17 +46,10 @@ class ImageFilter {
   void enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const;
 
  private:
-  struct Gaussian {
-    double sigma = 0;
-    int radius = 0;
-    cl::Buffer taps;
-  };
-  static Gaussian make(const Device::Impl& device, double sigma);
-  const Gaussian& gaussian(int level) const { return level == fine_level_ ? fine_ : wide_; }
-
   const Device::Impl& device_;
-  Gaussian wide_, fine_;
-  int fine_level_ = -1;
+  double sigma_;
+  int radius_ = 0;
+  cl::Buffer taps_;
   cl::Kernel halve_, blur_;
   std::vector<cl::Kernel> blur_frame_, halve_frame_;  ///< one a format
 };

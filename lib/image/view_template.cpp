@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 namespace holdfast {
@@ -14,20 +13,8 @@ constexpr double kLeastMotionBlur = 1.0;
 /// Moments of an exposure: one each two pixels of motion (the blur that follows lets no finer ripple through), up to
 /// HF_MOST_TAPS.
 constexpr double kPixelsATap = 2.0;
-/// Variance of colour that has half the resolution, square pixels of the frame: the mean of two by two, interpolated
-/// linearly. Less than the least, of the level drawn, changes next to nothing.
-constexpr double kColorVariance = 1, kLeastColorVariance = 0.1;
 
 }  // namespace
-
-bool ViewRequest::operator==(const ViewRequest& other) const {
-  const auto rest = [](const ViewRequest& r) {
-    return std::tie(r.finest, r.count, r.grey, r.coarse_color, r.margin, r.exposure, r.tone, r.light_texels,
-                    r.lens_blur);
-  };
-  return T_camera_object.matrix() == other.T_camera_object.matrix() && shading == other.shading &&
-         rest(*this) == rest(other);
-}
 
 Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options) {
   const Camera& camera = levels[0].camera;
@@ -61,7 +48,6 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, Rendere
   rgba_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, (largest + 2 * HF_RENDER_GUARD) * 4);
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   unpack_ = device.kernel("unpack_view");
-  unpack_coarse_color_ = device.kernel("unpack_view_coarse_color");
   unpack_depth_ = device.kernel("unpack_depth");
   motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
@@ -113,9 +99,7 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
 
   const auto start = std::chrono::steady_clock::now();
   renderer_.set_shading(request.shading);
-  renderer_.set_tone(request.tone);
   renderer_.set_light_texels(request.light_texels);
-  renderer_.set_lens_blur(request.lens_blur);
   const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
   // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
   // frame meanwhile.
@@ -133,16 +117,12 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
 
   kernel::hf_view view{};
   view.stride = rect.width;
-  view.height = rect.height;
   view.grey = request.grey ? 1 : 0;
   view.near_plane = static_cast<float>(range.near_plane);
   view.far_plane = static_cast<float>(range.far_plane);
-  const double color_variance = kColorVariance / (1 << (2 * finest));
-  const bool coarse_color = request.coarse_color && !request.grey && color_variance >= kLeastColorVariance;
-  view.color_variance = static_cast<float>(color_variance);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
   // Strips filter the render as it comes where nothing else is to be made of it.
-  const bool as_it_comes = device_.strips && !moving && !coarse_color && count == 1;
+  const bool as_it_comes = device_.strips && !moving && count == 1;
   if (as_it_comes) {
     unpack_depth_.setArg(0, window_depth_);
     unpack_depth_.setArg(1, view);
@@ -151,15 +131,14 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
     unpack_depth_.setArg(4, planes_[f].depth);
     device_.enqueue_rows(unpack_depth_, rect.width, rect.height);
   } else {
-    cl::Kernel& unpack = coarse_color ? unpack_coarse_color_ : unpack_;
-    unpack.setArg(0, rgba_);
-    unpack.setArg(1, window_depth_);
-    unpack.setArg(2, view);
-    unpack.setArg(3, to_kernel(rect));
-    unpack.setArg(4, level.layout);
-    unpack.setArg(5, moving ? before_motion_ : pixels_[f]);
-    unpack.setArg(6, planes_[f].depth);
-    device_.enqueue_rows(unpack, rect.width, rect.height);
+    unpack_.setArg(0, rgba_);
+    unpack_.setArg(1, window_depth_);
+    unpack_.setArg(2, view);
+    unpack_.setArg(3, to_kernel(rect));
+    unpack_.setArg(4, level.layout);
+    unpack_.setArg(5, moving ? before_motion_ : pixels_[f]);
+    unpack_.setArg(6, planes_[f].depth);
+    device_.enqueue_rows(unpack_, rect.width, rect.height);
   }
   if (moving) enqueue_motion_blur(f, rect, exposure);
 

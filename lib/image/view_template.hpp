@@ -18,8 +18,6 @@ struct Exposure {
   double pixels = 0;    ///< longest way of a point in the image, pixels of level 0
   bool light = false;   ///< light adds up, as in a camera; otherwise encoded values do, as in many a simulated frame
   bool across = false;  ///< blurred as much at right angles to the motion: what no motion does
-
-  bool operator==(const Exposure&) const = default;
 };
 
 /// What is dropped at the silhouette and at depth jumps.
@@ -28,8 +26,6 @@ struct Margin {
   double depth_jump = 0.02;     ///< relative step in depth
   int jump_reach = 1;           ///< pixels from a jump
   double bend = 0;              ///< relative bend of 1/Z from a pixel to the next at edges between faces; 0: kept
-
-  bool operator==(const Margin&) const = default;
 };
 
 /// All that decides how a view looks, but for the mesh and its textures.
@@ -38,17 +34,11 @@ struct ViewRequest {
   int finest = 0;  ///< level at whose resolution it is drawn
   int count = 1;   ///< levels from there on
   bool grey = false;
-  bool coarse_color = false;  ///< colour has half the resolution of brightness (equation 6b of docs/math.md)
   Margin margin;
   Exposure exposure;
   // As the Renderer's functions of these names take them.
   Eigen::Vector3d shading = Eigen::Vector3d::Zero();
-  double tone = 1;
   bool light_texels = false;
-  double lens_blur = 0;
-
-  /// Whether they are drawn alike, bit by bit.
-  bool operator==(const ViewRequest& other) const;
 };
 
 /// What draws a mesh as large as the levels' views become.
@@ -116,7 +106,7 @@ class ViewTemplate {
   DepthRange range_;  ///< of it
   std::size_t drawn_level_ = 0;
   cl::Event copied_;  ///< of the host memory
-  cl::Kernel unpack_, unpack_coarse_color_, unpack_depth_, motion_blur_, halve_depth_;
+  cl::Kernel unpack_, unpack_depth_, motion_blur_, halve_depth_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;
 };

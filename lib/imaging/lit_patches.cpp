@@ -83,10 +83,6 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
         frame += in_frame;
       }
       if (texture < kDarkest) continue;
-      if (drawn.tone != 1) {
-        texture = std::pow(texture, 1 / drawn.tone);
-        frame = std::pow(frame, 1 / drawn.tone);
-      }
       const int x = first_x + static_cast<int>(column), y = first_y + static_cast<int>(row) * step_y;
       const auto normal = view.normal_at(x, y);
       if (!normal) continue;
@@ -99,8 +95,8 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
       const auto left = view.normal_at(x - kReach, y), right = view.normal_at(x + kReach, y),
                  up = view.normal_at(x, y - kReach), down = view.normal_at(x, y + kReach);
       if (!left || !right || !up || !down) continue;
-      const double light_x = drawn.tone * std::log(shading.of(*right) / shading.of(*left)) / (2 * kReach);
-      const double light_y = drawn.tone * std::log(shading.of(*down) / shading.of(*up)) / (2 * kReach);
+      const double light_x = std::log(shading.of(*right) / shading.of(*left)) / (2 * kReach);
+      const double light_y = std::log(shading.of(*down) / shading.of(*up)) / (2 * kReach);
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         const auto in_view = static_cast<double>(view_value[c][i]);
         const double texture_x = static_cast<double>(view_dx[c][i]) - (drawn.lit ? in_view * light_x : 0);

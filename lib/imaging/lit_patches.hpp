@@ -16,7 +16,6 @@ namespace holdfast {
 struct DrawnLight {
   Shading shading;
   bool lit = false;  ///< it was drawn with this shading
-  double tone = 1;   ///< power of what is so lit, that it was drawn with
 };
 
 /// How bright the frame shows surface that faces this way or that: view and samples of the frame -> patches, a pixel

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "contour/contour_modality.hpp"
 #include "edges/edge_modality.hpp"
 #include "imaging/imaging_state.hpp"
@@ -21,7 +23,8 @@ struct Alignment {
   Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, of motion and texture alone
   Twist last_step_camera = Twist::Zero();
   int iterations = 0;
-  ImagingState imaging;  ///< as learned on the way
+  std::optional<double> coarse_score;  ///< of texture, where coarse levels led here
+  ImagingState imaging;                ///< as learned on the way
 
   /// Standard deviation of the orientation where it is least sure, radians; infinite where it was not measured.
   double turn_deviation() const;

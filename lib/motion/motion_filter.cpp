@@ -25,6 +25,17 @@ constexpr double kSudden = 2, kLargeChange = 0.05;
 /// Standard deviation of a pose above which nothing has told of a motion for long: its velocity is let go.
 constexpr double kOpen = 0.2, kMostDeviation = 1;
 
+/// What velocities are made of: the way of the centre, object radii, and the turn, radians, in the axes of T_from. Not
+/// perturbation_between(), whose centre moves along the turn's screw.
+Twist displacement(const Pose& T_from, const Pose& T_to, const Extent& extent) {
+  const Eigen::Matrix3d R = T_from.linear();
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(R.transpose() * T_to.linear()));
+  Twist result;
+  result << R.transpose() * (T_to * extent.p_object_center - T_from * extent.p_object_center) / extent.radius,
+      turn.angle() * turn.axis();
+  return result;
+}
+
 }  // namespace
 
 void MotionFilter::reset(const Pose& T_camera_object) {
@@ -90,7 +101,7 @@ void MotionFilter::update(const Pose& T_camera_object, const Matrix6& covariance
   const double dt = started_ ? t - t_ : step_;
   if (started_ && updates_ == 1) step_ = dt;
   const Pose T_expected = gone_on(dt, changing_);
-  const Twist innovation = perturbation_between(T_expected, T_camera_object, extent_);
+  const Twist innovation = displacement(T_expected, T_camera_object, extent_);
   const Matrix12 P = propagated(dt);
   const Matrix6 expected = P.topLeftCorner<6, 6>();
   const Matrix6 gain = P.bottomLeftCorner<6, 6>() * symmetric_inverse(expected);  // velocity a frame
@@ -109,7 +120,7 @@ void MotionFilter::update(const Pose& T_camera_object, const Matrix6& covariance
     usual_innovation_squared_ +=
         kInnovationMemory *
         (std::min(innovation.squaredNorm(), 6 * kMostChange * kMostChange) - usual_innovation_squared_);
-    const Twist unsteady = perturbation_between(gone_on(dt, false), T_camera_object, extent_);
+    const Twist unsteady = displacement(gone_on(dt, false), T_camera_object, extent_);
     restlessness_.add(to_camera_axes(T_camera_object) * unsteady);
     strays_[stray_count_++ % strays_.size()] = unsteady.norm();
   }

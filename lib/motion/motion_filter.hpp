@@ -29,11 +29,7 @@ class MotionFilter {
   /// The pose of reset() is the one at time t.
   void begin(double t);
 
-  /// The pose at time t at the velocity of the last frame, whatever its change.
-  Pose steadily_predicted(double t) const { return gone_on(going_on(t), false); }
-
   const Pose& pose() const { return T_; }
-  double time() const { return t_; }
   /// Whether two poses in a row have told a velocity.
   bool moving() const { return updates_ > 1; }
   /// Whether any frame has been seen since reset().

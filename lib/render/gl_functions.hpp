@@ -56,7 +56,6 @@ namespace holdfast {
   X(shader_source, PFNGLSHADERSOURCEPROC, "glShaderSource")                                    \
   X(texture_image_2d, PFNGLTEXIMAGE2DPROC, "glTexImage2D")                                     \
   X(texture_parameter, PFNGLTEXPARAMETERIPROC, "glTexParameteri")                              \
-  X(uniform1, PFNGLUNIFORM1FPROC, "glUniform1f")                                               \
   X(uniform3, PFNGLUNIFORM3FVPROC, "glUniform3fv")                                             \
   X(uniform_matrix4, PFNGLUNIFORMMATRIX4FVPROC, "glUniformMatrix4fv")                          \
   X(use_program, PFNGLUSEPROGRAMPROC, "glUseProgram")                                          \

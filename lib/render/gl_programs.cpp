@@ -47,8 +47,6 @@ Program link(const GlFunctions& gl, const std::string& variant) {
   program.clip_from_object = gl.get_uniform_location(program.name, "clip_from_object");
   program.camera_from_object = gl.get_uniform_location(program.name, "camera_from_object");
   program.shading = gl.get_uniform_location(program.name, "shading");
-  program.tone = gl.get_uniform_location(program.name, "tone");
-  program.spread = gl.get_uniform_location(program.name, "spread");
   return program;
 }
 
@@ -59,7 +57,7 @@ GlPrograms::GlPrograms(const GlFunctions& gl, int texture_samples) {
   const auto link_all = [&](const std::string& light) -> std::array<Program, kAppearances> {
     return {link(gl, textured + light), link(gl, "VERTEX_COLORED" + light), link(gl, "UNKNOWN" + light)};
   };
-  programs_ = {link_all(""), link_all("\n#define SHADED"), link_all("\n#define SHADED\n#define TONED")};
+  programs_ = {link_all(""), link_all("\n#define SHADED")};
 }
 
 }  // namespace holdfast

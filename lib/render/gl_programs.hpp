@@ -16,12 +16,10 @@ struct Program {
   GLint clip_from_object = -1;
   GLint camera_from_object = -1;
   GLint shading = -1;
-  GLint tone = -1;
-  GLint spread = -1;
 };
 
 /// What becomes of a surface's colour.
-enum class Lighting { none, shaded, shaded_and_toned };
+enum class Lighting { none, shaded };
 
 /// The shaders that surface is drawn with.
 class GlPrograms {
@@ -34,7 +32,7 @@ class GlPrograms {
   }
 
  private:
-  static constexpr std::size_t kAppearances = 3, kLightings = 3;
+  static constexpr std::size_t kAppearances = 3, kLightings = 2;
 
   std::array<std::array<Program, kAppearances>, kLightings> programs_;
 };

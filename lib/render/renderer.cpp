@@ -22,12 +22,6 @@
 namespace holdfast {
 namespace {
 
-constexpr double kMostLensBlur = 4;
-constexpr double kLeastTone = 0.2, kMostTone = 5;
-/// Square pixels that a sharp pixel's samples are spread by: a quarter pixel off the centre, of texels of half a pixel
-/// with linear interpolation between them.
-constexpr double kSharpVariance = 0.125;
-
 Eigen::AlignedBox3d bounding_box(const Mesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3f& position : mesh.positions) {
@@ -122,9 +116,7 @@ struct Renderer::Impl {
   Eigen::Vector3d center;
   Eigen::Vector3d half_extent;
   bool light_texels = false;  ///< are what is drawn
-  float spread = 1;           ///< of a pixel's samples, beside that of a sharp one
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
-  float tone = 1;
 };
 
 std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_width, int max_height,
@@ -194,10 +186,7 @@ void Renderer::Impl::warm_up() {
   if (!lit) return;
   const Eigen::Vector3f before = std::exchange(shading, Eigen::Vector3f(0, 0, -0.5F));
   draw();
-  const float tone_before = std::exchange(tone, 2.0F);
-  draw();
   shading = before;
-  tone = tone_before;
 }
 
 Appearance Renderer::Impl::appearance(std::size_t material) const {
@@ -210,9 +199,7 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
   const Geometry& level = geometry.view(deviation_pixels * pixel);
   gl.bind_vertex_array(level.vertex_array);
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
-  const Lighting lighting = tone != 1          ? Lighting::shaded_and_toned
-                            : shading.isZero() ? Lighting::none
-                                               : Lighting::shaded;
+  const Lighting lighting = shading.isZero() ? Lighting::none : Lighting::shaded;
   for (const Batch& batch : level.batches) {
     const Appearance look = appearance(batch.material);
     const Program& program = programs.of(look, lighting);
@@ -221,12 +208,8 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
     if (lighting != Lighting::none) {
       gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
       gl.uniform3(program.shading, 1, shading.data());
-      gl.uniform1(program.tone, tone);
     }
-    if (look == Appearance::textured) {
-      gl.uniform1(program.spread, spread);
-      textures.bind(batch.material, light_texels);
-    }
+    if (look == Appearance::textured) textures.bind(batch.material, light_texels);
     draw_triangles(gl, batch);
   }
 }
@@ -323,23 +306,6 @@ void Renderer::set_shading(const Eigen::Vector3d& shading) {
     fail_rendering(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
   }
   impl_->shading = shading.cast<float>();
-}
-
-void Renderer::set_tone(double power) {
-  if (!(power >= kLeastTone && power <= kMostTone)) {
-    fail_rendering(ErrorCode::invalid_argument,
-                   "the tone's power is " + std::to_string(power) + "; it must be in [0.2, 5]");
-  }
-  impl_->tone = static_cast<float>(power);
-}
-
-void Renderer::set_lens_blur(double sigma) {
-  if (!(sigma >= 0 && sigma <= kMostLensBlur)) {
-    fail_rendering(ErrorCode::invalid_argument, "the lens blurs by " + std::to_string(sigma) +
-                                                    " pixels; it must be in [0, " + std::to_string(kMostLensBlur) +
-                                                    "]");
-  }
-  impl_->spread = static_cast<float>(std::sqrt(1 + sigma * sigma / kSharpVariance));
 }
 
 void Renderer::set_light_texels(bool light) {

@@ -128,7 +128,7 @@ ViewRequest Aligner::view_request(const Pose& T_camera_object, int finest, int c
   request.grey = image_.grey();
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((imaging.surviving_share - 0.2) / 0.3, 0.0, 1.0);
-  const double full = coverage_at_margin(tuning_.silhouette_margin, filter_.sigma(finest));
+  const double full = coverage_at_margin(tuning_.silhouette_margin, filter_.sigma());
   Margin& margin = request.margin;
   margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
   margin.depth_jump = tuning_.depth_jump;

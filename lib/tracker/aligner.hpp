@@ -67,8 +67,6 @@ class Aligner {
   ShiftSearch& shift_search() { return shift_search_; }
   StageTimes& times() { return times_; }
   int& solved_systems() { return solved_systems_; }
-  /// Gradient pixels on the finest level, as this frame's coarse ones let expect.
-  double& expected_gradient_pixels() { return expected_gradient_pixels_; }
 
  private:
   ViewRequest view_request(const Pose& T_camera_object, int finest, int count, const TrackingState& state,

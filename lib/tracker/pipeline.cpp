@@ -45,16 +45,16 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
   FrameResult result;
   {
     const Stopwatch watch(total);
-    if (!state_.seen) see(prior_.T_camera_object, false);
-    Alignment best = tuning_.paper() ? follow_once(prior_) : follow(prior_);
+    if (!state_.seen) see(prior_.T_camera_object, false, state_);
+    const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
+    Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
     if (!held(best) && !state_.seen && start_as_given(prior_.T_camera_object)) {
-      best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest), state_);
+      best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) relocalize(prior_, best);
-    const Verdict verdict = judge(best, tuning_, context(best));
-    result = report(best, verdict);
+    result = report(best, state_);
     last_ = best;
-    if (verdict.status == Status::held) {
+    if (result.status == Status::held) {
       commit(best, t);
     } else {
       miss(best, t, result);
@@ -67,7 +67,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
 
 Alignment Pipeline::follow(const MotionPrior& prior) {
   if (std::optional<Alignment> direct = follow_directly(prior)) return *direct;
-  return follow_fully(hypotheses(prior), true);
+  return follow_fully(hypotheses(prior), true, state_);
 }
 
 std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
@@ -79,18 +79,17 @@ std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
   const bool contour_leads = !state_.textured || state_.usual.texture_trust < kLeads;
   upload(object, (contour_leads ? 2 * ContourConstraints::kReach : filter_.radius() + 4) * (1 << state_.finest) +
                      static_cast<int>(2 * most));
-  AlignmentPlan plan = fine_plan(state_.finest);
+  AlignmentPlan plan = fine_plan(state_.finest, state_);
   plan.most_motion = most;
   const Alignment alignment = aligner_.align(prior.T_camera_object, plan, state_);
   if (!held(alignment) || !as_usual(alignment)) return {};
   return alignment;
 }
 
-Alignment Pipeline::follow_once(const MotionPrior& prior) {
-  const Pose& T_start = tuning_.predict_velocity ? prior.T_camera_object : state_.motion.pose();
+Alignment Pipeline::follow_once(const Pose& T_start, const TrackingState& state) {
   const Rect object = view_.bounds(T_start);
   if (!object.empty()) upload(object, filter_.radius() + 4);
-  return aligner_.align_once(T_start, state_);
+  return aligner_.align_once(T_start, state);
 }
 
 std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
@@ -107,16 +106,16 @@ std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
   return poses;
 }
 
-Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool search) {
+Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool search, const TrackingState& state) {
   Alignment best;
   best.T_camera_object = hypotheses[0];
-  best.imaging = state_.imaging;
+  best.imaging = state.imaging;
   Rect wanted;
   for (const Pose& pose : hypotheses) wanted = united(wanted, view_.bounds(pose));
   if (wanted.empty()) return best;
   const Rect object = view_.bounds(hypotheses[0]);
   const double side = std::sqrt(0.6 * object.width * object.height);
-  const int finest = state_.finest;
+  const int finest = state.finest;
   int coarsest = 0;
   while (coarsest + 1 < tuning_.levels && side / (2 << coarsest) >= kLeastSide) ++coarsest;
   coarsest = std::max(coarsest, std::min(finest + 1, tuning_.levels - 1));
@@ -127,7 +126,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
 
   std::vector<Alignment> starts;
   if (coarsest > finest) {
-    if (state_.textured) {
+    if (state.textured) {
       const Stopwatch watch(aligner_.times().filter);
       for (int level = coarse_finest; level <= coarsest; ++level) image_.enqueue_blur(level, coarser(uploaded_, level));
       if (search) aligner_.shift_search().enqueue_gradients(image_, coarsest);
@@ -141,8 +140,8 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     plan.measure = false;
     plan.expected = false;
     for (const Pose& pose : hypotheses) {
-      starts.push_back(aligner_.align(pose, plan, state_));
-      if (!state_.motion.lost() && starts.back().solved && as_usual(starts.back())) break;
+      starts.push_back(aligner_.align(pose, plan, state));
+      if (!state.motion.lost() && starts.back().solved && as_usual(starts.back())) break;
     }
     std::stable_sort(starts.begin(), starts.end(),
                      [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
@@ -160,32 +159,31 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     if (std::any_of(tried.begin(), tried.end(), same)) continue;
     if (tried.size() == kMostStarts) break;
     tried.push_back(start.T_camera_object);
-    AlignmentPlan plan = fine_plan(std::max(coarse_finest - 1, finest));
+    AlignmentPlan plan = fine_plan(std::max(coarse_finest - 1, finest), state);
     plan.light_from = start.solved && coarse_finest > finest ? coarse_finest : -1;
-    plan.expected = !state_.motion.lost();
-    const Alignment alignment = aligner_.align(start.T_camera_object, plan, state_);
+    plan.expected = !state.motion.lost();
+    const Alignment alignment = aligner_.align(start.T_camera_object, plan, state);
     if (best.score < 0 || alignment.score > best.score) best = alignment;
-    if (held(best) && (as_usual(best) || state_.motion.lost())) break;
+    if (held(best, state) && (as_usual(best) || state.motion.lost())) break;
   }
-  if (held(best) && best.has_texture && coarsest > finest && starts[0].solved && !state_.motion.lost()) {
-    state_.usual.coarse_score += 0.2 * (starts[0].texture.score() - state_.usual.coarse_score);
+  if (held(best, state) && best.has_texture && coarsest > finest && starts[0].solved && !state.motion.lost()) {
+    best.coarse_score = starts[0].texture.score();
   }
   return best;
 }
 
-AlignmentPlan Pipeline::fine_plan(int coarsest) const {
+AlignmentPlan Pipeline::fine_plan(int coarsest, const TrackingState& state) const {
   AlignmentPlan plan;
   plan.coarsest = coarsest;
-  plan.finest = state_.finest;
-  plan.expected =
-      state_.motion.moving() && !state_.motion.lost() && tuning_.expected_motion && tuning_.predict_velocity;
+  plan.finest = state.finest;
+  plan.expected = state.motion.moving() && !state.motion.lost() && tuning_.expected_motion && tuning_.predict_velocity;
   return plan;
 }
 
 Alignment Pipeline::settled(const Alignment& alignment) {
   Alignment best = alignment;
   for (int i = 0; i < kMostSettling; ++i) {
-    AlignmentPlan plan = fine_plan(state_.finest);
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.expected = false;
     const Alignment next = aligner_.align(best.T_camera_object, plan, state_);
     if (!next.solved || next.score < best.score) break;
@@ -240,7 +238,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
   LevelDrawer drawer(*this);
   const int finest = state_.finest;
   const auto fine_from = [&](const Pose& T_start, int coarsest) {
-    AlignmentPlan plan = fine_plan(coarsest);
+    AlignmentPlan plan = fine_plan(coarsest, state_);
     plan.expected = false;
     return aligner_.align(T_start, plan, state_);
   };

@@ -45,32 +45,35 @@ class Pipeline {
   void choose_finest_level();
   void upload(const Rect& wanted, int margin);
   /// Learns light, colours and, at an `exact` pose, what is usual, from the frame at hand.
-  void see(const Pose& T_camera_object, bool exact);
+  void see(const Pose& T_camera_object, bool exact, TrackingState& state);
   /// Takes a first pose at its word where the model's own edges are not found and the frame has others that go along
   /// with them: they are followed instead. False where there are none.
   bool start_as_given(const Pose& T_camera_object);
 
   Alignment follow(const MotionPrior& prior);
   std::optional<Alignment> follow_directly(const MotionPrior& prior);
-  Alignment follow_fully(const std::vector<Pose>& hypotheses, bool search);
-  Alignment follow_once(const MotionPrior& prior);
+  Alignment follow_fully(const std::vector<Pose>& hypotheses, bool search, const TrackingState& state);
+  Alignment follow_once(const Pose& T_start, const TrackingState& state);
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
   Alignment settled(const Alignment& alignment);
   Alignment from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels);
-  AlignmentPlan fine_plan(int coarsest) const;
+  AlignmentPlan fine_plan(int coarsest, const TrackingState& state) const;
 
   bool goes_on(const Pose& T_from, const Pose& T_to, double most_turn) const;
-  AcceptanceContext context(const Alignment& alignment) const;
-  bool held(const Alignment& alignment) const { return is_held(alignment, tuning_, context(alignment)); }
+  AcceptanceContext context(const Alignment& alignment, const TrackingState& state) const;
+  bool held(const Alignment& alignment, const TrackingState& state) const {
+    return is_held(alignment, tuning_, context(alignment, state));
+  }
+  bool held(const Alignment& alignment) const { return held(alignment, state_); }
   bool as_usual(const Alignment& alignment) const { return alignment.score > kUsualShare; }
 
-  FrameResult report(const Alignment& alignment, const Verdict& verdict);
+  FrameResult report(const Alignment& alignment, const TrackingState& state);
   void commit(const Alignment& alignment, double time);
   void miss(const Alignment& alignment, double time, FrameResult& result);
-  void learn_usual(const Alignment& alignment, bool first);
+  void learn_usual(const Alignment& alignment, bool first, TrackingState& state) const;
   void learn_contour(const Alignment& alignment);
-  void learn_light(const Alignment& alignment);
+  void learn_light(const Alignment& alignment, TrackingState& state);
   void learn_texels(const Alignment& alignment);
   void warm_up();
 

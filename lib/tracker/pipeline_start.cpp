@@ -14,7 +14,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       device_(device),
       levels_(make_levels(camera, tuning.levels)),
       extent_{mesh.center().cast<double>(), mesh.radius()},
-      filter_(device.impl(), tuning.blur_sigma, tuning.blur_sigma),
+      filter_(device.impl(), tuning.blur_sigma),
       view_(device.impl(), mesh, std::move(renderer), levels_, filter_),
       image_(device.impl(), camera, levels_, filter_),
       aligner_(device.impl(), mesh, levels_, extent_, tuning, filter_, view_, image_),
@@ -48,31 +48,25 @@ void Pipeline::reset(const Pose& T_camera_object, const UploadFrame& upload, std
   prior_ = state_.motion.predict(t);
   choose_finest_level();
   aligner_.start_frame(state_, prior_);
-  see(state_.motion.pose(), true);
+  see(state_.motion.pose(), true, state_);
   state_.motion.begin(t);
 }
 
 FrameResult Pipeline::refine(const UploadFrame& upload, const Pose& T_start) {
-  const TrackingState before = state_;
-  const std::optional<double> last_time = last_time_;
-  const double frames = frames_;
   // Judged as a pose that was given, not as one to be found again.
-  state_.motion.reset(T_start);
-  state_.suspected.reset();
-  state_.textured = has_appearance_;
-  state_.faceted = faceted_;
+  TrackingState asked = state_;
+  asked.motion.reset(T_start);
+  asked.suspected.reset();
+  asked.textured = has_appearance_;
+  asked.faceted = faceted_;
   upload_ = &upload;
   uploaded_ = {};
-  prior_ = state_.motion.predict(1);
-  aligner_.start_frame(state_, prior_);
-  if (!state_.colors.known()) see(T_start, false);
-  Alignment best = tuning_.paper() ? follow_once(prior_) : follow_fully({T_start}, false);
-  FrameResult result = report(best, judge(best, tuning_, context(best)));
+  prior_ = asked.motion.predict(1);
+  aligner_.start_frame(asked, prior_);
+  if (!asked.colors.known()) see(T_start, false, asked);
+  last_ = tuning_.paper() ? follow_once(T_start, asked) : follow_fully({T_start}, false, asked);
+  FrameResult result = report(last_, asked);
   result.ms = aligner_.times();
-  last_ = best;
-  state_ = before;
-  last_time_ = last_time;
-  frames_ = frames;
   aligner_.contour().use_colors(state_.colors);
   return result;
 }
@@ -162,7 +156,7 @@ void Pipeline::warm_up() {
   if (tuning_.paper()) {
     track(upload, {});
   } else {
-    follow_fully({T}, tuning_.shift_search);
+    follow_fully({T}, tuning_.shift_search, state_);
     if (tuning_.motion_blur && state_.textured) {
       state_.motion.reset(T_moved);
       state_.motion.begin(0);

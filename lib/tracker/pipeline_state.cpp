@@ -112,53 +112,53 @@ void Pipeline::upload(const Rect& wanted, int margin) {
   uploaded_ = region;
 }
 
-void Pipeline::see(const Pose& T_camera_object, bool exact) {
+void Pipeline::see(const Pose& T_camera_object, bool exact, TrackingState& state) {
   const Rect object = view_.bounds(T_camera_object);
   if (object.empty()) return;
-  upload(object, std::max(aligner_.contour().margin(), (filter_.radius() + 4) << state_.finest));
+  upload(object, std::max(aligner_.contour().margin(), (filter_.radius() + 4) << state.finest));
   Alignment seen;
   seen.T_camera_object = T_camera_object;
-  seen.imaging = state_.imaging;
-  if (state_.textured) {
-    image_.enqueue_blur(state_.finest, coarser(grown(object, (filter_.radius() + 4) << state_.finest), state_.finest));
-    if (aligner_.draw(T_camera_object, state_.finest, 1, state_, seen.imaging)) {
+  seen.imaging = state.imaging;
+  if (state.textured) {
+    image_.enqueue_blur(state.finest, coarser(grown(object, (filter_.radius() + 4) << state.finest), state.finest));
+    if (aligner_.draw(T_camera_object, state.finest, 1, state, seen.imaging)) {
       const auto look = [&] {
-        const TextureRequest request{state_.finest, state_.finest, 1, true, false};
+        const TextureRequest request{state.finest, state.finest, 1, true, false};
         seen.texture = aligner_.texture().linearize(view_, image_, Pose::Identity(), request, seen.imaging.texture);
       };
-      aligner_.texture().start_level(view_, state_.finest);
+      aligner_.texture().start_level(view_, state.finest);
       look();
-      state_.imaging = seen.imaging;
-      learn_light(seen);
-      seen.imaging = state_.imaging;
-      if (exact && aligner_.draw(T_camera_object, state_.finest, 1, state_, seen.imaging)) {
+      state.imaging = seen.imaging;
+      learn_light(seen, state);
+      seen.imaging = state.imaging;
+      if (exact && aligner_.draw(T_camera_object, state.finest, 1, state, seen.imaging)) {
         aligner_.texture().start(seen.imaging.texture);
-        aligner_.texture().start_level(view_, state_.finest);
+        aligner_.texture().start_level(view_, state.finest);
         look();
         look();
         seen.has_texture = true;
-        state_.imaging = seen.imaging;
+        state.imaging = seen.imaging;
       }
     }
   }
   if (tuning_.contour && !tuning_.paper()) {
-    state_.colors.clear();
-    if (aligner_.contour().learn(T_camera_object, state_.finest, state_.colors)) {
-      aligner_.contour().use_colors(state_.colors);
+    state.colors.clear();
+    if (aligner_.contour().learn(T_camera_object, state.finest, state.colors)) {
+      aligner_.contour().use_colors(state.colors);
     }
-    if (exact && state_.colors.known()) {
-      seen.contour = aligner_.contour().linearize(T_camera_object, state_.finest, kClosestSearch);
+    if (exact && state.colors.known()) {
+      seen.contour = aligner_.contour().linearize(T_camera_object, state.finest, kClosestSearch);
       seen.has_contour = seen.contour.found;
     }
     if (exact && tuning_.edges && aligner_.edges().has_edges()) {
-      aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
-      seen.edges = aligner_.edges().linearize(T_camera_object, state_.finest, kClosestEdgeSearch, state_.edges);
+      aligner_.edges().learn(T_camera_object, state.finest, state.edges);
+      seen.edges = aligner_.edges().linearize(T_camera_object, state.finest, kClosestEdgeSearch, state.edges);
       seen.has_edges = seen.edges.found;
     }
   }
   if (exact) {
-    state_.seen = true;
-    learn_usual(seen, true);
+    state.seen = true;
+    learn_usual(seen, true, state);
   }
 }
 
@@ -168,12 +168,12 @@ bool Pipeline::start_as_given(const Pose& T_camera_object) {
   if (aligner_.edges().coherence(T_camera_object, level) < kMostlyCoherent) return false;
   state_.edges = {.looks = {}, .off_model = true};
   aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
-  see(T_camera_object, true);
+  see(T_camera_object, true, state_);
   return true;
 }
 
-void Pipeline::learn_usual(const Alignment& alignment, bool first) {
-  UsualEvidence& usual = state_.usual;
+void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState& state) const {
+  UsualEvidence& usual = state.usual;
   if (alignment.has_texture) {
     const double score = alignment.texture.score(), ratio = alignment.texture.inlier_ratio();
     usual.texture_score += (usual.texture_score > 0 ? kTextureMemory : 1) * (score - usual.texture_score);
@@ -189,7 +189,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first) {
     const double weight =
         usual.contour_score <= 0 ? 1.0 : std::max(kContourMemory, 1.0 / (2 + std::max(0, usual.held_frames)));
     usual.contour_score += weight * (score - usual.contour_score);
-    usual.contour_information = alignment.contour.equations.A / (state_.textured ? usual.contour_excess : 1.0);
+    usual.contour_information = alignment.contour.equations.A / (state.textured ? usual.contour_excess : 1.0);
   }
   const double outline = usual.contour_information.trace();
   if (alignment.has_edges) {
@@ -214,7 +214,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first) {
 void Pipeline::learn_contour(const Alignment& alignment) {
   if (!tuning_.contour || tuning_.paper()) return;
   UsualEvidence& usual = state_.usual;
-  const AcceptanceContext context = this->context(alignment);
+  const AcceptanceContext context = this->context(alignment, state_);
   const bool by_texture = is_held_by_texture(alignment, context);
   const bool texture_as_usual = by_texture && alignment.texture.inlier_ratio() > kUsualShare * usual.inlier_ratio;
   if (alignment.has_contour && by_texture && alignment.texture_covariance.trace() > 0) {
@@ -256,16 +256,15 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   }
 }
 
-void Pipeline::learn_light(const Alignment& alignment) {
-  if (!tuning_.shading || !state_.textured || view_.planes(state_.finest).tiles.width == 0) return;
+void Pipeline::learn_light(const Alignment& alignment, TrackingState& state) {
+  if (!tuning_.shading || !state.textured || view_.planes(state.finest).tiles.width == 0) return;
   if (aligner_.corner_motion(view_.T_camera_object(), alignment.T_camera_object) > kSameView) return;
-  ImagingState& imaging = state_.imaging;
+  ImagingState& imaging = state.imaging;
   Photometry& photometry = aligner_.texture().photometry();
   photometry.set_object_pair(imaging.texture.light);
   const DrawnLight before{imaging.shading, imaging.lit};
-  const std::span<const LitPatch> patches =
-      lit_patches_.read(view_, aligner_.texture().samples(), state_.finest, std::max(1, alignment.texture.row_stride),
-                        photometry, before);
+  const std::span<const LitPatch> patches = lit_patches_.read(
+      view_, aligner_.texture().samples(), state.finest, std::max(1, alignment.texture.row_stride), photometry, before);
   imaging.shading.learn(patches);
   imaging.lit = faceted_ || (imaging.shading.direction().norm() > kLeastDirection &&
                              lit_patches_.light_share() < kMostLight * (before.lit ? 1 : kAgain));
@@ -285,7 +284,7 @@ void Pipeline::learn_texels(const Alignment& alignment) {
     TrackingState& tried = tried_;
     tried = state_;
     tried.imaging.texels.light = light;
-    AlignmentPlan plan = fine_plan(state_.finest);
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.expected = plan.measure = plan.contour = false;
     plan.redraws = 0;
     const ConstraintSums sums = aligner_.align(alignment.T_camera_object, plan, tried).texture.sums;
@@ -305,6 +304,9 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   const bool usual = alignment.score > kUsualShare || state_.usual.held_frames == 0;
   state_.prediction_error = was_moving ? aligner_.corner_motion(T_predicted, alignment.T_camera_object) : 1e9;
   state_.imaging = alignment.imaging;
+  if (alignment.coarse_score) {
+    state_.usual.coarse_score += kScoreMemory * (*alignment.coarse_score - state_.usual.coarse_score);
+  }
   if (alignment.has_texture) {
     const ConstraintSums& sums = alignment.texture.sums;
     state_.visible_pixels = sums.visible * alignment.texture.row_stride * (1 << (2 * state_.finest));
@@ -314,7 +316,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
     const double weight = std::max(1.0 / (state_.usual.held_frames + 1), kRatioMemory);
     state_.usual.unobservable += weight * ((state_.left_unobservable ? 1 : 0) - state_.usual.unobservable);
     state_.usual.gain += kScoreMemory * (alignment.imaging.texture.light.gain[1] - state_.usual.gain);
-    if (usual) learn_light(alignment);
+    if (usual) learn_light(alignment, state_);
     const double motion = aligner_.corner_motion(state_.motion.pose(), alignment.T_camera_object);
     if (tuning_.motion_blur && state_.followed() && !tuning_.paper() &&
         exposure_is_due(state_.imaging.exposure, motion)) {
@@ -332,7 +334,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
     state_.visible_pixels = alignment.contour.visible_pixels;
   }
   learn_contour(alignment);
-  learn_usual(alignment, first);
+  learn_usual(alignment, first, state_);
   ++state_.usual.held_frames;
   state_.motion.update(alignment.T_camera_object, alignment.covariance, time);
   state_.seen = true;
@@ -346,7 +348,7 @@ void Pipeline::miss(const Alignment& alignment, double time, FrameResult& result
                      goes_on(*state_.suspected, alignment.T_camera_object, kSameTurn);
   state_.probable_frames = is_probable(alignment) ? (again ? state_.probable_frames + 1 : 1) : 0;
   if (!state_.seen) state_.colors.clear();  // they are not the object's
-  if (is_promising(alignment, context(alignment))) {
+  if (is_promising(alignment, context(alignment, state_))) {
     state_.suspected = alignment.T_camera_object;
   } else {
     state_.suspected.reset();
@@ -361,45 +363,46 @@ bool Pipeline::goes_on(const Pose& T_from, const Pose& T_to, double most_turn) c
          (p_to - p_from).norm() < kSamePlace * extent_.radius;
 }
 
-AcceptanceContext Pipeline::context(const Alignment& alignment) const {
+AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingState& state) const {
   AcceptanceContext result;
-  const MotionFilter& motion = state_.motion;
+  const MotionFilter& motion = state.motion;
   const Pose& T = alignment.T_camera_object;
   result.lost_before = motion.lost();
   if (tuning_.paper()) result.least_ratio = 0.05;
-  result.surprising = state_.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise;
+  result.surprising = state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise;
   result.expected = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn) ||
-                    (state_.suspected && state_.probable_frames * kAppearancesAFrame >= relocalizer_.planned() &&
-                     goes_on(*state_.suspected, T, kSameTurn));
+                    (state.suspected && state.probable_frames * kAppearancesAFrame >= relocalizer_.planned() &&
+                     goes_on(*state.suspected, T, kSameTurn));
   result.searched_everywhere = tuning_.recovery && motion.lost() && !tuning_.paper();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(motion.usual_innovation_squared()));
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
-  result.known_contour = state_.colors.known();
-  result.usual_inlier_ratio = state_.usual.inlier_ratio;
-  result.usual_outline = state_.usual.outline();
+  result.known_contour = state.colors.known();
+  result.usual_inlier_ratio = state.usual.inlier_ratio;
+  result.usual_outline = state.usual.outline();
   // A model of one colour has a texture too; before a frame was held nothing has told that it says nothing.
-  const bool blank = state_.usual.held_frames == 0 && alignment.has_texture &&
+  const bool blank = state.usual.held_frames == 0 && alignment.has_texture &&
                      alignment.texture.sums.gradient * alignment.texture.row_stride < kFewGradients;
-  result.texture_trust = state_.textured && !blank ? state_.usual.texture_trust : 0;
-  result.unobservable_usually = state_.usual.unobservable_usually();
-  if (state_.followed()) {
+  result.texture_trust = state.textured && !blank ? state.usual.texture_trust : 0;
+  result.unobservable_usually = state.usual.unobservable_usually();
+  if (state.followed()) {
     const double moved = aligner_.corner_motion(motion.pose(), T);
-    result.blur_pixels = state_.imaging.exposure.share * moved;
+    result.blur_pixels = state.imaging.exposure.share * moved;
     result.predicted_pixels = motion.moving() ? aligner_.corner_motion(motion.pose(), prior_.T_camera_object) : 0;
   }
-  result.gain = alignment.imaging.texture.light.gain[1] / state_.usual.gain;
+  result.gain = alignment.imaging.texture.light.gain[1] / state.usual.gain;
   return result;
 }
 
-FrameResult Pipeline::report(const Alignment& alignment, const Verdict& verdict) {
+FrameResult Pipeline::report(const Alignment& alignment, const TrackingState& state) {
   const auto root_mean = [](double square, double weight) { return weight > 0 ? std::sqrt(square / weight) : 0; };
+  const AcceptanceContext context = this->context(alignment, state);
+  const Verdict verdict = judge(alignment, tuning_, context);
   FrameResult result;
   result.T_camera_object = alignment.T_camera_object;
   result.status = verdict.status;
   result.reason = verdict.reason;
   result.message = verdict.message;
   result.iterations = aligner_.solved_systems();
-  const AcceptanceContext context = this->context(alignment);
   result.texture.holds = is_held_by_texture(alignment, context);
   result.contour.holds = is_held_by_contour(alignment, context);
   last_by_contour_ = !result.texture.holds;
@@ -407,7 +410,7 @@ FrameResult Pipeline::report(const Alignment& alignment, const Verdict& verdict)
     const ConstraintSums& sums = alignment.texture.sums;
     TextureEvidence& texture = result.texture;
     texture.asked = true;
-    texture.visible_pixels = static_cast<int>(sums.visible) * alignment.texture.row_stride << (2 * state_.finest);
+    texture.visible_pixels = static_cast<int>(sums.visible) * alignment.texture.row_stride << (2 * state.finest);
     texture.usable_pixels = static_cast<int>(sums.usable);
     texture.gradient_pixels = static_cast<int>(sums.gradient);
     texture.passed_pixels = static_cast<int>(sums.passed);

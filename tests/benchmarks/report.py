@@ -18,7 +18,6 @@ WORK = {
     "halve_bgr8": ("region", 28, 28),
     "halve_depth": ("region", 20, 8),
     "unpack_view": ("region", 28, 9),
-    "unpack_view_coarse_color": ("region", 28, 38),
     "unpack_depth": ("region", 8, 4),
     "blur": ("region", 32, 85),
     "blur_bgr8": ("region", 19, 66),

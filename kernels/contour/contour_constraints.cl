@@ -1,4 +1,4 @@
-/* Lines across the object's outline: where along each of them the frame's colours change from the object's to the
+/* Lines across the object's contour: where along each of them the frame's colours change from the object's to the
    background's (equations 23 to 28 of docs/math.md). A work-item a line, whatever the partition: lines are few. */
 
 /* Colours are told apart by their highest bits. */
@@ -9,31 +9,31 @@ INLINE int color_bin(float4 pixel) {
 }
 
 typedef struct {
-  float3 p;              /* point of the outline, camera axes, metres */
+  float3 p;              /* point of the contour, camera axes, metres */
   float2 pixel;          /* where it is seen */
   float2 normal;         /* out of the object, unit length */
   float inside, outside; /* how far the object and the background reach along it, pixels */
-} outline_line;
+} contour_line;
 
-/* A point of the view's outline where D moves it. */
-INLINE outline_line moved_line(__global const float* points, int i, hf_outline o) {
+/* A point of the view's contour where D moves it. */
+INLINE contour_line moved_line(__global const float* points, int i, hf_contour o) {
   const float8 point = vload8(i, points);
-  outline_line line;
+  contour_line line;
   line.p = (float3)(o.d[0] * point.s0 + o.d[1] * point.s1 + o.d[2] * point.s2 + o.d[3],
                     o.d[4] * point.s0 + o.d[5] * point.s1 + o.d[6] * point.s2 + o.d[7],
                     o.d[8] * point.s0 + o.d[9] * point.s1 + o.d[10] * point.s2 + o.d[11]);
   const float2 normal = (float2)(o.d[0] * point.s3 + o.d[1] * point.s4, o.d[4] * point.s3 + o.d[5] * point.s4);
   line.normal = normal / fmax(length(normal), 1e-6f);
-  const float z = fmax(line.p.z, HF_OUTLINE_LEAST_Z);
+  const float z = fmax(line.p.z, HF_CONTOUR_LEAST_Z);
   line.pixel = (float2)(o.fx * line.p.x / z + o.cx, o.fy * line.p.y / z + o.cy);
   line.inside = point.s5;
   line.outside = point.s6;
   return line;
 }
 
-/* The pixel of the frame k steps along a line and how far its centre is beyond the outline; false where there is none.
+/* The pixel of the frame k steps along a line and how far its centre is beyond the contour; false where there is none.
  */
-INLINE int line_pixel(__global const float* frame, hf_layout layout, hf_outline o, outline_line line, int k,
+INLINE int line_pixel(__global const float* frame, hf_layout layout, hf_contour o, contour_line line, int k,
                       float4* pixel, float* beyond) {
   const float2 at = rint(line.pixel + (float)k * line.normal);
   const int x = (int)at.x, y = (int)at.y;
@@ -45,16 +45,16 @@ INLINE int line_pixel(__global const float* frame, hf_layout layout, hf_outline 
 }
 
 /* Bins of the colours along the lines, 2 reach + 1 of them a line from the inside out; -1: none. */
-__kernel void outline_colors(__global const float* frame, hf_layout layout, __global const float* points, hf_outline o,
+__kernel void contour_colors(__global const float* frame, hf_layout layout, __global const float* points, hf_contour o,
                              __global int* bins) {
   const int i = (int)get_global_id(0);
   if (i >= o.count) return;
-  const outline_line line = moved_line(points, i, o);
+  const contour_line line = moved_line(points, i, o);
   __global int* out = bins + i * (2 * o.reach + 1) + o.reach;
   for (int k = -o.reach; k <= o.reach; ++k) {
     float4 pixel;
     float beyond;
-    const int there = line.p.z >= HF_OUTLINE_LEAST_Z && line_pixel(frame, layout, o, line, k, &pixel, &beyond);
+    const int there = line.p.z >= HF_CONTOUR_LEAST_Z && line_pixel(frame, layout, o, line, k, &pixel, &beyond);
     out[k] = there ? color_bin(pixel) : -1;
   }
 }
@@ -65,10 +65,10 @@ INLINE float total(float16 v) {
   return b.x + b.y + b.z + b.w;
 }
 
-/* How far beyond the outline the shares put the edge that both sides' colours have in the pixels next to it, as an
+/* How far beyond the contour the shares put the edge that both sides' colours have in the pixels next to it, as an
    area: no symmetrical blur moves it (equation 27). `doubt` is what the colours vary by, over their squared contrast;
    false where too little of a side is seen. */
-INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_outline o, outline_line line, float* offset,
+INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_contour o, contour_line line, float* offset,
                           float* doubt) {
   float4 inside = (float4)(0.0f), outside = (float4)(0.0f);
   float inside_squares = 0.0f, outside_squares = 0.0f;
@@ -94,7 +94,7 @@ INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_outl
   const float3 difference = inside.xyz - outside.xyz;
   const float contrast2 = fmax(dot(difference, difference), 1e-6f);
   *doubt = (fmax(0.0f, inside_squares / inside_count - dot(inside.xyz, inside.xyz)) +
-            fmax(0.0f, outside_squares / outside_count - dot(outside.xyz, outside.xyz)) + HF_OUTLINE_NOISE2) /
+            fmax(0.0f, outside_squares / outside_count - dot(outside.xyz, outside.xyz)) + HF_CONTOUR_NOISE2) /
            contrast2;
   float sum = 0.0f;
   for (int k = -o.beside; k <= o.beside; ++k) {
@@ -102,7 +102,7 @@ INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_outl
     float beyond;
     if (!line_pixel(frame, layout, o, line, k, &pixel, &beyond)) continue;
     const float share = clamp(dot(pixel.xyz - outside.xyz, difference) / contrast2, -0.5f, 1.5f);
-    const float expected = 0.5f - 0.5f * clamp(beyond / HF_OUTLINE_HALF_EDGE, -1.0f, 1.0f);
+    const float expected = 0.5f - 0.5f * clamp(beyond / HF_CONTOUR_HALF_EDGE, -1.0f, 1.0f);
     const float t = beyond / (o.beside + 0.5f);
     sum += fmax(0.0f, 1.0f - t * t) * (share - expected);
   }
@@ -111,14 +111,14 @@ INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_outl
 }
 
 /* Likelihood of sixteen places of the edge along each line, its mean and variance, and the row and sums they make. */
-__kernel void outline_constraints(__global const float* frame, hf_layout layout, __global const float* points,
-                                  hf_outline o, __global const float* object_share, __global float* sums) {
+__kernel void contour_constraints(__global const float* frame, hf_layout layout, __global const float* points,
+                                  hf_contour o, __global const float* object_share, __global float* sums) {
   const int i = (int)get_global_id(0);
   if (i >= o.count) return;
-  __global float* out = sums + i * HF_OUTLINE_SUMS;
-  for (int n = 0; n < HF_OUTLINE_SUMS; ++n) out[n] = 0.0f;
-  const outline_line line = moved_line(points, i, o);
-  if (line.p.z < HF_OUTLINE_LEAST_Z) return;
+  __global float* out = sums + i * HF_CONTOUR_SUMS;
+  for (int n = 0; n < HF_CONTOUR_SUMS; ++n) out[n] = 0.0f;
+  const contour_line line = moved_line(points, i, o);
+  if (line.p.z < HF_CONTOUR_LEAST_Z) return;
 
   const float16 place = ((float16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15) - 7.5f) * o.step;
   float16 likelihood = (float16)(1.0f);
@@ -134,7 +134,7 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
     agreement -= contrast * side;
     pixels += fabs(side);
   }
-  if (pixels < HF_OUTLINE_LEAST_PIXELS) return;
+  if (pixels < HF_CONTOUR_LEAST_PIXELS) return;
   const float all = total(likelihood);
   float distance = total(likelihood * place) / all;
   const float variance = total(likelihood * (place - distance) * (place - distance)) / all;
@@ -150,7 +150,7 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
     else {
       const float trust = 1.0f / (1.0f + doubt / HF_CONTOUR_DOUBT);
       distance = trust * distance + (1.0f - trust) * by_colors;
-      weight /= (1.0f + by_colors * by_colors / HF_OUTLINE_AGREED2) * (HF_OUTLINE_LEAST_DOUBT + doubt);
+      weight /= (1.0f + by_colors * by_colors / HF_CONTOUR_AGREED2) * (HF_CONTOUR_LEAST_DOUBT + doubt);
     }
   }
   if (o.far2 > 0.0f) weight /= 1.0f + distance * distance / o.far2;
@@ -169,11 +169,11 @@ __kernel void outline_constraints(__global const float* frame, hf_layout layout,
   for (int a = 0; a < 6; ++a) {
     for (int b = a; b < 6; ++b) out[n++] = weight * row[a] * row[b];
     out[HF_SUM_H + a] = weight * row[a] * distance;
-    out[HF_OUTLINE_OUTWARD + a] = weight * row[a];
+    out[HF_CONTOUR_OUTWARD + a] = weight * row[a];
   }
-  out[HF_OUTLINE_WRR] = weight * distance * distance;
-  out[HF_OUTLINE_W] = weight;
-  out[HF_OUTLINE_DISTANCE] = distance;
-  out[HF_OUTLINE_INFORMATION] = information;
-  out[HF_OUTLINE_AGREEMENT] = agreement / pixels;
+  out[HF_CONTOUR_WRR] = weight * distance * distance;
+  out[HF_CONTOUR_W] = weight;
+  out[HF_CONTOUR_DISTANCE] = distance;
+  out[HF_CONTOUR_INFORMATION] = information;
+  out[HF_CONTOUR_AGREEMENT] = agreement / pixels;
 }
