@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -7,6 +8,13 @@
 #include "device/shared.h"
 
 namespace holdfast {
+
+/// The bin of a pixel's first three channels, each 0 to 1.
+inline int color_bin(const float* pixel) {
+  constexpr int kMost = (1 << HF_COLOR_BITS) - 1;
+  const auto part = [&](int i) { return std::clamp(static_cast<int>(pixel[i] * (kMost + 1)), 0, kMost); };
+  return (part(0) << HF_COLOR_BITS | part(1)) << HF_COLOR_BITS | part(2);
+}
 
 /// Which colours belong to the object and which to what is behind it, as seen along the object's contour (equation 24
 /// of docs/math.md).

@@ -1,6 +1,7 @@
 #include "judge/alignment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "solve/covariance.hpp"
@@ -26,9 +27,19 @@ double Alignment::deviation() const {
   return largest_deviation(covariance);
 }
 
+double contour_evidence(const Alignment& alignment, const UsualOutline& usual) {
+  // Where edges are is what counts; colours fade when what is behind the object changes.
+  const ContourSums& sums = alignment.contour.sums;
+  const double near = sums.near / std::max(1.0, sums.lines);
+  return std::sqrt(near * std::max(0.0, alignment.contour.score()) / usual.contour_score);
+}
+
+double edge_evidence(const Alignment& alignment, const UsualOutline& usual) {
+  return std::max(0.0, alignment.edges.score()) / usual.edge_score;
+}
+
 double outline_score(const Alignment& alignment, const UsualOutline& usual) {
-  const double contour = std::max(0.0, alignment.contour.score()) / usual.contour_score;
-  const double edges = std::max(0.0, alignment.edges.score()) / usual.edge_score;
+  const double contour = contour_evidence(alignment, usual), edges = edge_evidence(alignment, usual);
   if (!alignment.has_edges) return alignment.has_contour ? contour : 0;
   if (!alignment.has_contour) return edges;
   double share = usual.edge_share;

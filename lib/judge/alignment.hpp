@@ -40,6 +40,10 @@ struct UsualOutline {
   double edge_share = -1;  ///< of edges in the information of both; below 0: not known yet
 };
 
+/// How well each of them fits, 1 where it does as usual.
+double contour_evidence(const Alignment& alignment, const UsualOutline& usual);
+double edge_evidence(const Alignment& alignment, const UsualOutline& usual);
+
 /// How well contour and edges fit, 1 where they do as usual: each counts as much as it usually tells of the pose.
 double outline_score(const Alignment& alignment, const UsualOutline& usual);
 

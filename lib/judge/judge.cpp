@@ -27,9 +27,10 @@ constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.
 constexpr double kPromisingContour = 0.4;
 constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
 /// Share of the usual contour score that is enough to be held on to, and to be found again.
-constexpr double kHeldContour = 0.5, kFoundContour = 0.75;
-/// Share of its own usual score that each of contour and edges must have, where that score tells anything.
-constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3;
+constexpr double kHeldContour = 0.6, kFoundContour = 0.75;
+/// Share of its own usual score that each of contour and edges must have, where that score tells anything and where it
+/// has so much of what both tell of the pose.
+constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3, kTellingShare = 0.1;
 /// Share of the lines whose edge is next to the contour where the object was not expected.
 constexpr double kFoundNear = 0.8;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
@@ -113,14 +114,36 @@ Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
   return {Status::lost, Reason::occluded, "the contour is not found: occluded, or motion too fast"};
 }
 
-}  // namespace
-
-bool is_probable(const Alignment& a) {
+bool is_probable_by_texture(const Alignment& a) {
   const double ratio = a.texture.inlier_ratio(), correlation = a.texture.correlation;
   return a.solved && a.has_texture &&
          ((ratio >= kFoundRatio && correlation >= kFoundCorrelation) ||
           (ratio >= kFoundPartRatio && correlation >= kFoundPartCorrelation));
 }
+
+/// Whether contour and edges show the object, each of them with its share of what is usual.
+bool shows_outline(const Alignment& a, const AcceptanceContext& context, double share) {
+  const UsualOutline& usual = context.usual_outline;
+  if (outline_score(a, usual) < share) return false;
+  const bool contour_tells = usual.contour_score > kTellingScore && usual.edge_share < 1 - kTellingShare;
+  const bool edges_tell = usual.edge_score > kTellingScore && usual.edge_share > kTellingShare;
+  if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
+  if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
+  if (context.texture_trust <= kTextureLeads) return true;
+  const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
+  return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;
+}
+
+/// Whether they show it so well that it is found again.
+bool is_probable_by_outline(const Alignment& a, const AcceptanceContext& context) {
+  if (!a.solved || !(a.has_contour || a.has_edges)) return false;
+  if (context.usual_outline.contour_score > kTellingScore && a.contour.sums.near < kFoundNear * a.contour.sums.lines) {
+    return false;
+  }
+  return shows_outline(a, context, context.texture_trust > kTextureLeads ? kFoundContourAlone : kFoundContour);
+}
+
+}  // namespace
 
 bool is_held_by_texture(const Alignment& a, const AcceptanceContext& context) {
   if (!a.solved || !a.has_texture || a.texture.sums.gradient < kLeastGradientPixels) return false;
@@ -134,33 +157,25 @@ bool is_held_by_texture(const Alignment& a, const AcceptanceContext& context) {
   }
   if (!context.lost_before) {
     if (texture.sums.used < kHandful && !sure_turn) return false;
-    return !context.surprising ||
-           (sure_turn && (is_probable(a) || (ratio >= kSurprisingRatio && correlation >= kSurprisingCorrelation)));
+    return !context.surprising || (sure_turn && (is_probable_by_texture(a) ||
+                                                 (ratio >= kSurprisingRatio && correlation >= kSurprisingCorrelation)));
   }
   if (!sure_turn) return false;
   const double usual = context.usual_inlier_ratio > 0 ? context.usual_inlier_ratio : kOrdinaryRatio;
   const bool clear = ratio >= kFoundAtOnce * usual || (ratio >= kFoundClearly && correlation >= kFoundPartCorrelation);
-  if (is_probable(a)) return context.expected || clear;
+  if (is_probable_by_texture(a)) return context.expected || clear;
   return context.expected && tells_pose(a, kPartPixels, 1);
 }
 
 bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (!a.solved || !(a.has_contour || a.has_edges) || !context.expected) return false;
-  const bool alone = context.texture_trust > kTextureLeads;
   // Far from where it was expected it must be found again.
-  const bool found_again = context.lost_before || context.jumps;
-  const double share =
-      alone ? (found_again ? kFoundContourAlone : kHeldContourAlone) : (found_again ? kFoundContour : kHeldContour);
-  if (outline_score(a, context.usual_outline) < share) return false;
-  const UsualOutline& usual = context.usual_outline;
-  if (a.has_contour && usual.contour_score > kTellingScore && a.contour.score() < kLeastContour * usual.contour_score) {
-    return false;
-  }
-  if (a.has_edges && usual.edge_score > kTellingScore && a.edges.score() < kLeastEdges * usual.edge_score) return false;
-  if (context.jumps && a.contour.sums.near < kFoundNear * a.contour.sums.lines) return false;
-  if (!alone) return true;
-  const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
-  return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;
+  if (context.lost_before || context.jumps) return is_probable_by_outline(a, context);
+  return shows_outline(a, context, context.texture_trust > kTextureLeads ? kHeldContourAlone : kHeldContour);
+}
+
+bool is_probable(const Alignment& a, const AcceptanceContext& context) {
+  return is_probable_by_texture(a) || is_probable_by_outline(a, context);
 }
 
 bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {

@@ -42,8 +42,8 @@ bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& con
 /// Whether the contour is there, where the object may be.
 bool is_held_by_contour(const Alignment& alignment, const AcceptanceContext& context);
 
-/// Found again after a loss, if the next frame agrees.
-bool is_probable(const Alignment& alignment);
+/// Found again after a loss, if the next frames agree.
+bool is_probable(const Alignment& alignment, const AcceptanceContext& context);
 
 /// Not to be believed, but worth starting from in the next frame.
 bool is_promising(const Alignment& alignment, const AcceptanceContext& context);

@@ -64,6 +64,7 @@ class Aligner {
   TextureModality& texture() { return texture_; }
   ContourModality& contour() { return contour_; }
   EdgeModality& edges() { return edges_; }
+  DepthView& shape() { return shape_; }
   ShiftSearch& shift_search() { return shift_search_; }
   StageTimes& times() { return times_; }
   int& solved_systems() { return solved_systems_; }

@@ -29,6 +29,8 @@ constexpr double kHopelessScore = 0.1;
 constexpr int kMostCoarseAlignments = 3;
 /// Share of texture in what is usually known, below which the whole picture is not searched by texture.
 constexpr double kLeastTrust = 0.2;
+/// Of a frame's starts by the outline, those followed to the finest level.
+constexpr std::size_t kMostOutlineStarts = 2;
 /// The same, above which the finest level alone converges from a good prediction.
 constexpr double kLeads = 0.5;
 
@@ -51,7 +53,13 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     if (!held(best) && !state_.seen && start_as_given(prior_.T_camera_object)) {
       best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
     }
-    if (!held(best) && tuning_.recovery && !tuning_.paper()) relocalize(prior_, best);
+    if (!held(best) && tuning_.recovery && !tuning_.paper()) {
+      if (searches_by_texture(state_)) {
+        relocalize(prior_, best);
+      } else if (state_.motion.lost()) {
+        relocalize_by_outline(prior_, best);
+      }
+    }
     result = report(best, state_);
     last_ = best;
     if (result.status == Status::held) {
@@ -231,7 +239,6 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
   const auto take_better = [&](const Alignment& found) {
     if (found.score > best.score) best = found;
   };
-  if (!state_.textured || state_.usual.texture_trust < kLeastTrust) return;
   const Rect whole{0, 0, image_.camera().width, image_.camera().height};
   upload(whole, 0);
   relocalizer_.begin(state_.motion.pose());
@@ -273,7 +280,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
       take_better(fine_from(start.T_camera_object, std::max(levels.coarsest - 2, finest)));
       if (held(best)) break;
     }
-    if (is_probable(best)) {
+    if (is_probable(best, context(best, state_))) {
       for (const PoseCandidate& rival : relocalizer_.rivals(drawer, best.T_camera_object, levels.closer, finest)) {
         aligner_.shift_search().enqueue_gradients(image_, levels.coarsest);
         const Alignment start = from_candidate(rival, levels);
@@ -282,7 +289,34 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
       }
     }
   }
-  if (is_probable(best)) best = settled(best);
+  if (is_probable(best, context(best, state_))) best = settled(best);
+}
+
+bool Pipeline::searches_by_texture(const TrackingState& state) const {
+  return state.textured && state.usual.texture_trust >= kLeastTrust;
+}
+
+void Pipeline::relocalize_by_outline(const MotionPrior& prior, Alignment& best) {
+  const Pose& T_last = state_.motion.pose();
+  upload({0, 0, image_.camera().width, image_.camera().height}, 0);
+  std::vector<Alignment> starts;
+  for (const Pose& T : outline_search_.starts(T_last, prior.T_camera_object, view_.bounds(T_last), state_.colors)) {
+    AlignmentPlan plan;
+    plan.coarsest = aligner_.contour().coarsest(T, state_.finest);
+    plan.finest = std::max(plan.coarsest - 1, state_.finest);
+    plan.redraws = 0;
+    plan.measure = plan.expected = false;
+    Alignment start = aligner_.align(T, plan, state_);
+    if (start.solved) starts.push_back(std::move(start));
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
+  for (std::size_t i = 0; i < std::min(kMostOutlineStarts, starts.size()); ++i) {
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
+    plan.expected = false;
+    const Alignment found = aligner_.align(starts[i].T_camera_object, plan, state_);
+    if (found.solved && found.score > best.score) best = found;
+  }
 }
 
 }  // namespace holdfast

@@ -6,6 +6,7 @@
 #include "base/tuning.hpp"
 #include "imaging/lit_patches.hpp"
 #include "judge/judge.hpp"
+#include "recovery/outline_search.hpp"
 #include "recovery/relocalizer.hpp"
 #include "tracker/aligner.hpp"
 #include "tracker/tracking_state.hpp"
@@ -56,6 +57,11 @@ class Pipeline {
   Alignment follow_once(const Pose& T_start, const TrackingState& state);
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
+  void relocalize_by_outline(const MotionPrior& prior, Alignment& best);
+  /// Whether texture tells enough to look for a lost object by it.
+  bool searches_by_texture(const TrackingState& state) const;
+  /// Whether an object that is lost has been seen in so many frames in a row that it is expected there.
+  bool seen_often_enough(const TrackingState& state) const;
   Alignment settled(const Alignment& alignment);
   Alignment from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels);
   AlignmentPlan fine_plan(int coarsest, const TrackingState& state) const;
@@ -86,6 +92,7 @@ class Pipeline {
   DeviceImage image_;
   Aligner aligner_;
   Relocalizer relocalizer_;
+  OutlineSearch outline_search_;
   LitPatches lit_patches_;
 
   TrackingState state_;

@@ -19,6 +19,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       image_(device.impl(), camera, levels_, filter_),
       aligner_(device.impl(), mesh, levels_, extent_, tuning, filter_, view_, image_),
       relocalizer_(levels_, extent_, aligner_.shift_search(), view_, image_),
+      outline_search_(device_.impl(), levels_, extent_, image_, aligner_.shape()),
       lit_patches_(device.impl(), levels_),
       state_(extent_),
       tried_(extent_) {
@@ -29,6 +30,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
 
 void Pipeline::reset(const Pose& T_camera_object) {
   relocalizer_.clear();
+  outline_search_.clear();
   state_ = TrackingState(extent_);
   state_.textured = has_appearance_;
   state_.faceted = faceted_;

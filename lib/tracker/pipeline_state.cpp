@@ -33,6 +33,8 @@ constexpr double kMostNear = 0.85;
 constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
 /// Appearances that a sweep of one frame covers, for how often a candidate must be seen again.
 constexpr int kAppearancesAFrame = 32;
+/// Frames in a row that must have shown the outline where it was not expected.
+constexpr int kOutlineSeen = 3;
 /// Share of the view's gradients that light may make to be drawn, and what of that it must be below to be drawn again.
 constexpr double kMostLight = 0.2, kAgain = 0.7;
 /// Light from one side that is not worth drawing.
@@ -333,6 +335,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   } else {
     state_.visible_pixels = alignment.contour.visible_pixels;
   }
+  if (usual && !searches_by_texture(state_)) outline_search_.remember(alignment.T_camera_object);
   learn_contour(alignment);
   learn_usual(alignment, first, state_);
   ++state_.usual.held_frames;
@@ -341,14 +344,16 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   state_.suspected.reset();
   state_.probable_frames = 0;
   relocalizer_.end();
+  outline_search_.end();
 }
 
 void Pipeline::miss(const Alignment& alignment, double time, FrameResult& result) {
   const bool again = state_.probable_frames > 0 && state_.suspected &&
                      goes_on(*state_.suspected, alignment.T_camera_object, kSameTurn);
-  state_.probable_frames = is_probable(alignment) ? (again ? state_.probable_frames + 1 : 1) : 0;
+  const AcceptanceContext context = this->context(alignment, state_);
+  state_.probable_frames = is_probable(alignment, context) ? (again ? state_.probable_frames + 1 : 1) : 0;
   if (!state_.seen) state_.colors.clear();  // they are not the object's
-  if (is_promising(alignment, context(alignment, state_))) {
+  if (state_.probable_frames > 0 || is_promising(alignment, context)) {
     state_.suspected = alignment.T_camera_object;
   } else {
     state_.suspected.reset();
@@ -363,6 +368,11 @@ bool Pipeline::goes_on(const Pose& T_from, const Pose& T_to, double most_turn) c
          (p_to - p_from).norm() < kSamePlace * extent_.radius;
 }
 
+bool Pipeline::seen_often_enough(const TrackingState& state) const {
+  if (searches_by_texture(state)) return state.probable_frames * kAppearancesAFrame >= relocalizer_.planned();
+  return state.probable_frames >= kOutlineSeen;
+}
+
 AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingState& state) const {
   AcceptanceContext result;
   const MotionFilter& motion = state.motion;
@@ -371,8 +381,7 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   if (tuning_.paper()) result.least_ratio = 0.05;
   result.surprising = state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise;
   result.expected = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn) ||
-                    (state.suspected && state.probable_frames * kAppearancesAFrame >= relocalizer_.planned() &&
-                     goes_on(*state.suspected, T, kSameTurn));
+                    (state.suspected && seen_often_enough(state) && goes_on(*state.suspected, T, kSameTurn));
   result.searched_everywhere = tuning_.recovery && motion.lost() && !tuning_.paper();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(motion.usual_innovation_squared()));
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
