@@ -17,7 +17,8 @@ struct Alignment {
   TextureTerms texture;
   ContourTerms contour;
   EdgeTerms edges;
-  double score = -1;  ///< of both, 1 where everything is as usual
+  double score = -1;        ///< of both, 1 where everything is as usual
+  bool mistakable = false;  ///< another pose fits as well, and nothing tells which it is
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
   Matrix6 covariance = Matrix6::Zero();
   Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, of motion and texture alone

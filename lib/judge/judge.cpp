@@ -105,6 +105,9 @@ Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
     return {Status::lost, Reason::no_evidence,
             "the contour is not found: nothing there stands out from its background"};
   }
+  if (a.mistakable) {
+    return {Status::lost, Reason::ambiguous, "seen, but another pose of this shape fits as well"};
+  }
   if (context.lost_before) {
     return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
   }
@@ -136,11 +139,12 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
 
 /// Whether they show it so well that it is found again.
 bool is_probable_by_outline(const Alignment& a, const AcceptanceContext& context) {
-  if (!a.solved || !(a.has_contour || a.has_edges)) return false;
+  if (a.mistakable || !a.solved || !(a.has_contour || a.has_edges)) return false;
   if (context.usual_outline.contour_score > kTellingScore && a.contour.sums.near < kFoundNear * a.contour.sums.lines) {
     return false;
   }
-  return shows_outline(a, context, context.texture_trust > kTextureLeads ? kFoundContourAlone : kFoundContour);
+  const bool alone = context.texture_trust > kTextureLeads || !context.near;
+  return shows_outline(a, context, alone ? kFoundContourAlone : kFoundContour);
 }
 
 }  // namespace

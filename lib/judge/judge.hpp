@@ -12,7 +12,8 @@ namespace holdfast {
 struct AcceptanceContext {
   bool lost_before = false;  ///< to be found again takes more than to be held on to
   bool surprising = false;   ///< far from where its motion leads: takes more, too
-  bool expected = false;     ///< near where it was or is expected, or seen there by the frames before
+  bool near = false;         ///< near where it was or is expected
+  bool expected = false;     ///< so, or seen there by the frames before
   bool searched_everywhere = false;
   bool jumps = false;             ///< farther from where its motion leads than it usually strays
   bool known_contour = false;     ///< colours of the contour are known

@@ -29,6 +29,9 @@ constexpr double kHopelessScore = 0.1;
 constexpr int kMostCoarseAlignments = 3;
 /// Share of texture in what is usually known, below which the whole picture is not searched by texture.
 constexpr double kLeastTrust = 0.2;
+/// Share of the lines near a found contour that must be near a turned one for the shape to be symmetrical, and the
+/// turn, radians, since it was held last from which it may have turned on into another of its symmetries.
+constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 2;
 /// The same, above which the finest level alone converges from a good prediction.
@@ -314,9 +317,37 @@ void Pipeline::relocalize_by_outline(const MotionPrior& prior, Alignment& best) 
   for (std::size_t i = 0; i < std::min(kMostOutlineStarts, starts.size()); ++i) {
     AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.expected = false;
-    const Alignment found = aligner_.align(starts[i].T_camera_object, plan, state_);
-    if (found.solved && found.score > best.score) best = found;
+    Alignment found = aligner_.align(starts[i].T_camera_object, plan, state_);
+    if (!found.solved || found.score <= best.score) continue;
+    if (is_probable(found, context(found, state_))) tell_apart(found);
+    best = found;
   }
+}
+
+void Pipeline::tell_apart(Alignment& found) {
+  const Pose& T_last = state_.motion.pose();
+  const auto turn = [&](const Pose& T) { return rotation_angle(T.linear() * T_last.linear().transpose()); };
+  const auto near = [&](const Pose& T) {
+    const ContourTerms terms = aligner_.contour().linearize(T, state_.finest, kCloseSearch);
+    return terms.sums.near / std::max(1.0, terms.sums.lines);
+  };
+  const double usual = near(found.T_camera_object);
+  Pose T_nearest = found.T_camera_object;
+  bool symmetric = false;
+  for (const Pose& symmetry : symmetries_) {
+    const Pose T = found.T_camera_object * symmetry;
+    if (near(T) < kAlike * usual) continue;
+    symmetric = true;
+    if (turn(T) < turn(T_nearest)) T_nearest = T;
+  }
+  if (!symmetric) return;
+  if (turn(T_nearest) < turn(found.T_camera_object)) {
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
+    plan.expected = false;
+    const Alignment nearest = aligner_.align(T_nearest, plan, state_);
+    if (nearest.solved) found = nearest;
+  }
+  found.mistakable = turn(found.T_camera_object) > kMistakableTurn;
 }
 
 }  // namespace holdfast

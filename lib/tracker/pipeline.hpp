@@ -8,6 +8,7 @@
 #include "judge/judge.hpp"
 #include "recovery/outline_search.hpp"
 #include "recovery/relocalizer.hpp"
+#include "recovery/symmetries.hpp"
 #include "tracker/aligner.hpp"
 #include "tracker/tracking_state.hpp"
 
@@ -58,6 +59,9 @@ class Pipeline {
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
   void relocalize_by_outline(const MotionPrior& prior, Alignment& best);
+  /// Of the poses that a symmetrical shape may be taken for, the one turned least from where it was held last;
+  /// mistakable where that is far.
+  void tell_apart(Alignment& found);
   /// Whether texture tells enough to look for a lost object by it.
   bool searches_by_texture(const TrackingState& state) const;
   /// Whether an object that is lost has been seen in so many frames in a row that it is expected there.
@@ -93,6 +97,7 @@ class Pipeline {
   Aligner aligner_;
   Relocalizer relocalizer_;
   OutlineSearch outline_search_;
+  std::vector<Pose> symmetries_;
   LitPatches lit_patches_;
 
   TrackingState state_;

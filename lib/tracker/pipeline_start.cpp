@@ -20,6 +20,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       aligner_(device.impl(), mesh, levels_, extent_, tuning, filter_, view_, image_),
       relocalizer_(levels_, extent_, aligner_.shift_search(), view_, image_),
       outline_search_(device_.impl(), levels_, extent_, image_, aligner_.shape()),
+      symmetries_(possible_symmetries(mesh)),
       lit_patches_(device.impl(), levels_),
       state_(extent_),
       tried_(extent_) {

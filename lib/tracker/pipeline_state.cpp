@@ -380,8 +380,9 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   result.lost_before = motion.lost();
   if (tuning_.paper()) result.least_ratio = 0.05;
   result.surprising = state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise;
-  result.expected = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn) ||
-                    (state.suspected && seen_often_enough(state) && goes_on(*state.suspected, T, kSameTurn));
+  result.near = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn);
+  result.expected =
+      result.near || (state.suspected && seen_often_enough(state) && goes_on(*state.suspected, T, kSameTurn));
   result.searched_everywhere = tuning_.recovery && motion.lost() && !tuning_.paper();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(motion.usual_innovation_squared()));
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
