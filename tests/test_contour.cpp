@@ -101,7 +101,7 @@ TEST_CASE("a shape without texture is held by its contour, and the same frames g
   Tracker tracker(shape_of(painted_wedge()), sequence.camera());
   const Followed first = follow(tracker, sequence), second = follow(tracker, sequence);
   CHECK(first.held() == 40);
-  CHECK(first.median(&PoseError::millimetres) < 0.8);
+  CHECK(first.median(&PoseError::millimetres) < 0.6);
   CHECK(first.median(&PoseError::degrees) < 0.4);
   for (std::size_t i = 0; i < first.results.size(); ++i) {
     CAPTURE(i);

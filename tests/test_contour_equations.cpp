@@ -73,7 +73,8 @@ struct PaintedFrame {
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},
-        contour(device.impl(), levels, extent, view, image) {
+        shape(levels, extent, view),
+        contour(device.impl(), levels, extent, view, shape, image) {
     const Rect whole{0, 0, kCamera.width, kCamera.height};
     std::vector<std::uint8_t> rgba(static_cast<std::size_t>(kCamera.width * kCamera.height) * 4);
     // Four pixels a side of each are averaged, so that edges are where they are.
@@ -112,6 +113,7 @@ struct PaintedFrame {
   ViewTemplate view;
   DeviceImage image;
   Extent extent;
+  DepthView shape;
   ContourModality contour;
   ColorHistograms colors;
 };
@@ -123,7 +125,7 @@ TEST_CASE("what lines say of a motion is how far it moves the contour: its gradi
   const Device device;
   const Pose T = turned_box_pose();
   PaintedFrame frame(device, mesh, T);
-  frame.contour.start_frame();
+  frame.shape.start_frame();
   const ContourTerms at = frame.contour.linearize(T, 0, kClosestSearch);
   REQUIRE(at.found);
   CHECK(at.score() > 0.8);
@@ -153,7 +155,7 @@ TEST_CASE("a pose that is off by a pixel or two is led back by the contour's equ
     CAPTURE(trial);
     const Twist off = Twist::NullaryExpr([&] { return 0.01 * normal(random); });
     Pose T_found = perturbed(T, off, frame.extent);
-    frame.contour.start_frame();
+    frame.shape.start_frame();
     for (int i = 0; i < 12; ++i) {
       const ContourTerms terms = frame.contour.linearize(T_found, 0, i < 4 ? kCloseSearch : kClosestSearch);
       REQUIRE(terms.found);

@@ -43,6 +43,15 @@ Alignment contour() {
   return alignment;
 }
 
+/// The same with edges, of which this share sees one next to the model's.
+Alignment with_edges(double near) {
+  Alignment alignment = contour();
+  alignment.has_edges = alignment.edges.found = true;
+  alignment.edges.lines = 1000;
+  alignment.edges.near = 1000 * near;
+  return alignment;
+}
+
 AcceptanceContext usual() {
   AcceptanceContext context;
   context.expected = true;
@@ -206,9 +215,9 @@ TEST_CASE("to be found again takes more than to be held on to, and elsewhere mor
   alignment.texture.correlation = 0.93;
   CHECK(verdict_of(alignment, lost_before()).reason == Reason::not_surely_found);
   CHECK(is_promising(alignment, lost_before()));
-  CHECK_FALSE(is_probable(alignment));
+  CHECK_FALSE(is_probable(alignment, lost_before()));
   alignment.texture.sums.used = 2100;
-  CHECK(is_probable(alignment));
+  CHECK(is_probable(alignment, lost_before()));
 }
 
 TEST_CASE("found again by a part of it: where it is expected, if the part tells the pose") {
@@ -328,4 +337,85 @@ TEST_CASE("where texture usually tells the pose, the contour alone needs more") 
     other.has_texture = false;
     CHECK(holds(other, by_contour()));
   }
+}
+
+TEST_CASE("edges that are next to the model's by chance alone score nothing, all of them 1") {
+  CHECK(with_edges(1).edges.score() == doctest::Approx(1));
+  CHECK(std::abs(with_edges(3.0 / 21).edges.score()) < 0.01);
+  CHECK(Alignment().edges.score() == 0);
+}
+
+TEST_CASE("edges and contour count as much as they usually tell of the pose") {
+  const Alignment alignment = with_edges(0.55);
+  UsualOutline usual{0.855, 1, 0};
+  CHECK(outline_score(alignment, usual) == doctest::Approx(0.975).epsilon(0.01));
+  usual.edge_share = 1;
+  CHECK(outline_score(alignment, usual) == doctest::Approx(alignment.edges.score()));
+  usual.edge_share = 0.25;
+  CHECK(outline_score(alignment, usual) ==
+        doctest::Approx(0.25 * alignment.edges.score() + 0.75 * 0.975).epsilon(0.01));
+  // As long as that is not known, as much as they tell here.
+  usual.edge_share = -1;
+  Alignment telling = alignment;
+  telling.contour.equations.A = Matrix6::Identity();
+  telling.edges.equations.A = 3 * Matrix6::Identity();
+  CHECK(outline_score(telling, usual) == doctest::Approx(0.75 * alignment.edges.score() + 0.25 * 0.975).epsilon(0.01));
+
+  Alignment only_edges = alignment, only_contour = alignment;
+  only_edges.has_contour = only_contour.has_edges = false;
+  CHECK(outline_score(only_edges, usual) == doctest::Approx(alignment.edges.score()));
+  CHECK(outline_score(only_contour, usual) == doctest::Approx(0.975).epsilon(0.01));
+  CHECK(outline_score({}, usual) == 0);
+}
+
+TEST_CASE("edges alone hold an object, and whichever of edges and contour usually tells the pose must fit") {
+  AcceptanceContext context = by_contour();
+  context.usual_outline = {0.855, 0.9, 0.3};
+  CHECK(holds(with_edges(0.95), context));
+  Alignment only_edges = with_edges(0.95);
+  only_edges.has_contour = false;
+  only_edges.contour = {};
+  CHECK(is_held(only_edges, {}, context));
+  only_edges.edges.near = 0.4 * only_edges.edges.lines;
+  CHECK_FALSE(is_held(only_edges, {}, context));
+
+  // The contour fits, the edges hardly: something like the object, or it has turned over.
+  const Alignment no_edges = with_edges(0.35);
+  CHECK_FALSE(holds(no_edges, context));
+  AcceptanceContext clutter = context;
+  clutter.usual_outline.edge_score = 0.25;  // edges never told anything here
+  CHECK(holds(no_edges, clutter));
+  AcceptanceContext few = context;
+  few.usual_outline.edge_share = 0.05;
+  CHECK(holds(no_edges, few));
+
+  // The edges fit, the contour does not.
+  context.usual_outline.edge_share = 0.7;
+  Alignment no_contour = with_edges(0.95);
+  no_contour.contour.sums.near = 80;
+  no_contour.contour.sums.agreement = 0.5;
+  CHECK(outline_score(no_contour, context.usual_outline) > 0.75);
+  CHECK_FALSE(holds(no_contour, context));
+  AcceptanceContext alike = context;
+  alike.usual_outline.contour_score = 0.25;  // both sides have the same colours
+  CHECK(holds(no_contour, alike));
+}
+
+TEST_CASE("to be found again by contour and edges most of the contour must be next to its edges") {
+  AcceptanceContext lost = lost_before(), followed = by_contour();
+  lost.expected = true;
+  lost.texture_trust = 0;
+  lost.usual_outline = followed.usual_outline = {0.855, 0.9, 0.7};
+  Alignment alignment = with_edges(0.95);
+  CHECK(holds(alignment, lost));
+  CHECK(is_probable(alignment, lost));
+  alignment.contour.sums.near = 150;
+  CHECK(holds(alignment, followed));
+  CHECK_FALSE(holds(alignment, lost));
+  CHECK_FALSE(is_probable(alignment, lost));
+  CHECK(is_promising(alignment, lost));
+  followed.jumps = true;
+  CHECK_FALSE(holds(alignment, followed));
+  lost.expected = false;
+  CHECK_FALSE(holds(with_edges(0.95), lost));
 }

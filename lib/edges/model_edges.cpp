@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -17,7 +18,8 @@ constexpr float kCreaseCosine = 0.866F;
 constexpr float kStraightCosine = 0.766F;
 /// Shortest chain, object radii: shorter ones are relief.
 constexpr double kShortest = 0.15;
-
+/// Least height of a triangle over its longest side, object radii, that tells which way it faces.
+constexpr float kLeastHeight = 1e-5F;
 /// Object radii between samples, at least.
 constexpr double kLeastSpacing = 0.01;
 
@@ -36,24 +38,50 @@ std::vector<Edge> sharp_edges(const Mesh& mesh) {
     Vertex from = 0;  ///< of the first triangle's direction
   };
   std::map<std::pair<Vertex, Vertex>, Sides> sides;
-  std::vector<Eigen::Vector3f> normals(mesh.triangles.size());
+  std::vector<Eigen::Vector3f> normals(mesh.triangles.size(), Eigen::Vector3f::Zero());
+  std::vector<std::pair<std::size_t, std::pair<Vertex, Vertex>>> slivers;  // with their longest side
+  const float least_height = kLeastHeight * static_cast<float>(mesh.radius());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
-    const auto corner = [&](std::size_t i) -> const Eigen::Vector3f& { return mesh.positions[triangle[i]]; };
-    const Eigen::Vector3f cross = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-    if (cross.norm() <= 0) continue;
-    normals[t] = cross.normalized();
+    const std::array<Vertex, 3> corners{welded[triangle[0]], welded[triangle[1]], welded[triangle[2]]};
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    float longest = 0;
+    std::pair<Vertex, Vertex> longest_side;
     for (std::size_t i = 0; i < 3; ++i) {
-      const Vertex a = welded[triangle[i]], b = welded[triangle[(i + 1) % 3]];
-      if (a == b) continue;
+      const Vertex a = corners[i], b = corners[(i + 1) % 3];
       Sides& there = sides[std::minmax(a, b)];
       if (there.triangles.empty()) there.from = a;
       there.triangles.push_back(t);
+      const float length = (mesh.positions[b] - mesh.positions[a]).norm();
+      if (length > longest) {
+        longest = length;
+        longest_side = std::minmax(a, b);
+      }
     }
+    const auto side = [&](std::size_t i) -> Eigen::Vector3f {
+      return mesh.positions[corners[i]] - mesh.positions[corners[0]];
+    };
+    const Eigen::Vector3f cross = side(1).cross(side(2));
+    if (cross.norm() > least_height * longest) {
+      normals[t] = cross.normalized();
+    } else {
+      slivers.emplace_back(t, longest_side);
+    }
+  }
+  // A sliver faces where its neighbour beyond its longest side does, which may be one itself.
+  for (std::size_t left = slivers.size() + 1; slivers.size() < left;) {
+    left = slivers.size();
+    std::erase_if(slivers, [&](const auto& sliver) {
+      for (const std::size_t t : sides[sliver.second].triangles) {
+        if (!normals[t].isZero()) normals[sliver.first] = normals[t];
+      }
+      return !normals[sliver.first].isZero();
+    });
   }
   std::vector<Edge> edges;
   for (const auto& [ends, there] : sides) {
     const std::size_t first = there.triangles[0], second = there.triangles.back();
+    if (normals[first].isZero() || normals[second].isZero()) continue;
     const bool border = there.triangles.size() == 1;
     const bool materials =
         !mesh.triangle_materials.empty() && mesh.triangle_materials[first] != mesh.triangle_materials[second];

@@ -159,6 +159,14 @@ int main(void) {
   CHECK(holdfast_tracker_track(tracker, &image, -1, &result) == HOLDFAST_INVALID_ARGUMENT); /* times, then none */
   check_mask(tracker, &result);
   CHECK(holdfast_tracker_refine(tracker, &image, result.T_camera_object, &result) == HOLDFAST_OK && result.held);
+  /* As long as nothing is known of it, contour and edges are asked beside its texture. */
+  draw_frame(&camera, 0, 0, 0.4);
+  CHECK(holdfast_tracker_reset(tracker, pose, NULL, -1) == HOLDFAST_OK);
+  CHECK(holdfast_tracker_track(tracker, &image, -1, &result) == HOLDFAST_OK && result.held);
+  CHECK(result.contour.near_lines > 0 && result.contour.near_lines <= result.contour.lines);
+  CHECK(result.edges.near_lines > 0 && result.edges.near_lines <= result.edges.lines);
+  CHECK(result.edges.score > 0 && result.edges.score <= 1);
+  CHECK(result.edges.residual > 0 && result.edges.residual < 3);
   pose[0] = 2; /* no rotation */
   CHECK(holdfast_tracker_reset(tracker, pose, NULL, -1) == HOLDFAST_POSE);
   holdfast_tracker_destroy(tracker);

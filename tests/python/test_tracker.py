@@ -53,9 +53,15 @@ def test_the_object_is_followed(tracker, simulation, frames):
 
 
 def test_evidence_outlives_its_result(tracker, frames):
-    texture = tracker.track(frames[0]).texture
+    result = tracker.track(frames[0])
+    texture, contour, edges = result.texture, result.contour, result.edges
+    del result
     gc.collect()
     assert texture.used_pixels > 0 and texture.correlation > 0.5
+    assert contour.asked and 0 < contour.near_lines <= contour.lines
+    assert isinstance(edges, holdfast.EdgeEvidence)
+    assert edges.asked and 0 < edges.near_lines <= edges.lines
+    assert 0 < edges.score <= 1 and 0 < edges.residual < 3
 
 
 def test_what_is_not_there_is_lost_without_an_exception(tracker, frames):

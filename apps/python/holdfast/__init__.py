@@ -20,9 +20,9 @@ holdfast.plot (needs matplotlib), holdfast.view (rerun-sdk) and holdfast.bag (ro
 from ._core import (
     Camera,
     ContourEvidence,
-    EdgeEvidence,
     Device,
     DeviceInfo,
+    EdgeEvidence,
     ErrorCode,
     Frame,
     FrameRecord,
