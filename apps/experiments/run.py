@@ -1,6 +1,6 @@
-"""The paper's experiments: simulates, tracks, and writes the tables and pictures of docs/experiments.md.
+"""The paper's experiments: simulates, tracks, and writes the tables and pictures of docs/results/experiments.md.
 
-python3 run.py --program holdfast --work out/experiments --document docs/experiments.md [--seeds N] [--sequences FOLDER]
+python3 run.py --program holdfast --work out/experiments --document docs/results/experiments.md [--seeds N] [--sequences FOLDER]
 
 What is to be done stands in scenario.toml. All numbers come from `holdfast evaluate`; here they are only put together.
 """
@@ -93,7 +93,7 @@ def main():
     if not whole:
         target = given.work / given.document.name
         shutil.copyfile(given.document, target)
-    images = target.parent / "images" / "experiments"
+    images = target.parent / "experiments"
     shutil.rmtree(images, ignore_errors=True)
     images.mkdir(parents=True)
 

@@ -33,7 +33,7 @@ def test_nothing_is_left_at_exit():
     assert done.stderr == ""  # nanobind tells of objects that are never freed
 
 
-@pytest.mark.parametrize("mode", ["standard", "fast", "paper"])
+@pytest.mark.parametrize("mode", ["default", "fast", "paper"])
 def test_annotated_options_are_the_options(mode):
     options = holdfast.default_options(mode)
     assert set(holdfast.TrackerOptions.__annotations__) == set(options)
