@@ -113,6 +113,7 @@ def main():
     document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
     if given.sequences and given.sequences.is_dir():
         document.fill(target, {"recorded": recorded.tables(work, given.sequences)})
+    document.fill(target, {"measured": ""})
     print("experiments: {} written in {:.0f} s ({} results made, {} kept)".format(
         target, time.monotonic() - work.start, work.made, work.reused))
     print(tables.verdict(runs, scenario))
