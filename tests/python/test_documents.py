@@ -238,3 +238,14 @@ def test_options_are_those_of_the_help(program):
 def test_the_notebook_is_clean():
     notebook = json.loads((ROOT / "docs" / "guide" / "demo.ipynb").read_text())
     assert not any(output["output_type"] == "error" for cell in notebook["cells"] for output in cell.get("outputs", []))
+
+
+def test_equations_that_the_code_cites_are_there():
+    tags = set(re.findall(r"\\tag\{(\w+)\}", (ROOT / "docs" / "math.md").read_text()))
+    cited = set()
+    for folder in ("lib", "kernels", "include", "apps", "tests"):
+        for path in (ROOT / folder).rglob("*"):
+            if path.suffix in (".hpp", ".cpp", ".cl", ".h"):
+                for first, last in re.findall(r"equations? (\d+[a-z]?)(?: (?:to|and) (\d+[a-z]?))?", path.read_text()):
+                    cited |= {first, last} - {""}
+    assert cited and cited <= tags
