@@ -4,14 +4,16 @@
 # make sanitize   the tests again with ASan and UBSan; make fuzz: FUZZ_SECONDS (60) of made-up input for each reader
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
 #                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
-#                 tables and plots of docs/performance.md)
-# make experiments  installs what is missing, then the paper's experiments again: docs/experiments.md and its pictures;
-#                 SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
+#                 tables and plots of docs/results/performance.md)
+# make experiments  installs what is missing, then the paper's experiments again: docs/results/experiments.md and its
+#                 pictures; SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
 # make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
-#                 covariance: docs/robustness.md; each part switched off: docs/experiments.md; SEQUENCES=folder for
-#                 recorded sequences too, PARTS=starts,small for some of it
-# make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md
-# make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/recovery.md
+#                 covariance: docs/results/robustness.md; each part switched off: docs/results/experiments.md;
+#                 SEQUENCES=folder for recorded sequences too, PARTS=starts,small for some of it
+# make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md, README's table
+# make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md
+# make docs       installs what is missing, then builds all documents with the C++ and Python interfaces as one site:
+#                 out/docs/site; make options: docs/reference/options.md; make picture: the README's, of `make demo`
 # make install    installs below PREFIX (/usr/local)
 # make wheel      installs what is missing, then builds the Python package as a wheel: out/wheel
 # make deps       installs what is missing (cmake/packages.txt, cmake/python-packages.txt); make format, make clean
@@ -20,7 +22,7 @@ PREFIX ?= /usr/local
 OUT ?= out/demo
 BENCH ?= out/bench
 BASELINE ?= $(BENCH)/baseline.json
-BENCH_DOCS ?= docs/performance
+BENCH_DOCS ?= docs/results/performance
 venv := build/venv
 CMAKE_FLAGS ?=
 CTEST_FLAGS ?=
@@ -37,7 +39,7 @@ all:
 
 deps:
 	@sh cmake/install-deps.sh build test python
-	@sh cmake/make-venv.sh $(venv)
+	@sh cmake/make-venv.sh $(venv) build test
 
 demo:
 	@sh cmake/install-deps.sh build
@@ -48,25 +50,27 @@ experiments:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/run.py --program $(release)/apps/holdfast --work out/experiments \
-	  --document docs/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
+	  --document docs/results/experiments.md --threads $(JOBS) $(if $(SEEDS),--seeds $(SEEDS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 results:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
-	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
+	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES) \
+	  --readme README.md
 
 recovery:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/recovery.py --program $(release)/apps/holdfast --work out/recovery \
-	  --document docs/recovery.md
+	  --document docs/results/recovery.md
 
 robustness:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/robustness/run.py --program $(release)/apps/holdfast --work out/robustness \
-	  --document docs/robustness.md --ablation-document docs/experiments.md --threads $(JOBS) --demo $(OUT) $(if $(PARTS),--only $(PARTS)) \
+	  --document docs/results/robustness.md --ablation-document docs/results/experiments.md \
+	  --threads $(JOBS) --demo $(OUT) $(if $(PARTS),--only $(PARTS)) \
 	  $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 # Compiled kernels go to the build folder: each run of a new build starts cold, and nothing is left in HOME.
@@ -111,10 +115,27 @@ install:
 	@test -x $(release)/apps/holdfast || $(MAKE) --no-print-directory all
 	cmake --install $(release) --prefix $(PREFIX)
 
-.PHONY: wheel
+.PHONY: options python docs picture wheel
+options: all
+	python3 -B apps/docs/options.py $(release)/apps/holdfast
+
+# The program and the Python package, in a folder of their own.
+python:
+	@sh cmake/install-deps.sh build python docs
+	@sh cmake/make-venv.sh $(venv) build test docs
+	cmake -S . -B build/python -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF -DHOLDFAST_BUILD_PYTHON=ON \
+	  -DPython_EXECUTABLE=$(CURDIR)/$(venv)/bin/python $(CMAKE_FLAGS)
+	cmake --build build/python --parallel $(JOBS)
+
+docs: python
+	@sh apps/docs/build.sh $(venv)/bin/python build/python/python out/docs
+
+picture: python
+	PYTHONPATH=build/python/python $(venv)/bin/python -B apps/demo/moving_picture.py $(OUT)/overlay.mp4 docs/images/demo.webp
+
 wheel:
 	@sh cmake/install-deps.sh build python
-	@sh cmake/make-venv.sh $(venv)
+	@sh cmake/make-venv.sh $(venv) build
 	$(venv)/bin/python -m pip wheel . --no-deps --no-build-isolation --wheel-dir out/wheel
 
 format:
@@ -124,4 +145,4 @@ check-format:
 	sh cmake/check-format.sh
 
 clean:
-	rm -rf $(release) $(tested) $(venv) build/wheel
+	rm -rf $(release) $(tested) $(venv) build/python build/wheel

@@ -20,7 +20,9 @@ add_test(NAME consumer_cmake COMMAND ${SHELL_PROGRAM} ${consumer}/with_cmake.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_cmake ${CMAKE_CXX_COMPILER})
 add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_config.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_pkg_config ${CMAKE_CXX_COMPILER})
-set_tests_properties(installed_program consumer_cmake consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
+add_test(NAME consumer_documents COMMAND ${SHELL_PROGRAM} ${consumer}/documents.sh
+  ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_documents ${CMAKE_CXX_COMPILER} ${CMAKE_C_COMPILER})
+set_tests_properties(installed_program consumer_cmake consumer_pkg_config consumer_documents PROPERTIES FIXTURES_REQUIRED installed)
 foreach(library holdfast holdfast_io)
   file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/objects/${library}
     CONTENT "$<JOIN:$<TARGET_OBJECTS:${library}>,\n>\n")

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Runs `holdfast evaluate --protocol rbot` on sequences with their model and with its shape alone, and writes the table
-docs/results/rbot.md.
+docs/results/rbot.md and from it the README's.
 
   rbot.py --program build/release/apps/holdfast --sequences FOLDER [--compare OTHER_PROGRAM] [--document FILE]
+  rbot.py --readme README.md      fills the README's table from docs/results/rbot.md, without running anything
 
 FOLDER holds sequences (NAME_.../frames, K.txt, poses_gt.txt, visible.txt) and models/NAME/{model.obj, mesh_plain.obj}.
 """
@@ -11,6 +12,17 @@ import csv
 import pathlib
 import subprocess
 import tempfile
+
+import document
+
+# The README's lines: title, whether a sequence belongs to it, model.
+KINDS = (
+    ("printed box", lambda name: name.startswith("box"), "textured"),
+    ("printed bottle", lambda name: name.startswith("bottle"), "textured"),
+    ("clay figure, metal part, loaf", lambda name: not name.startswith(("box", "bottle")) and "_occl" not in name, "textured"),
+    ("the same, behind others", lambda name: not name.startswith(("box", "bottle")) and "_occl" in name, "textured"),
+    ("all of these, by shape alone", lambda name: True, "shape alone"),
+)
 
 
 def median(values, share=0.5):
@@ -42,13 +54,36 @@ def cells(rows):
     return "{:.1f} | {:.2f} / {:.2f} | {} of {} | {}".format(success, mm, degrees, held, frames, wrong)
 
 
+def accuracy(text):
+    """The README's table, from the table of docs/results/rbot.md."""
+    cut = [[cell.strip() for cell in line.strip("| ").split("|")] for line in text.splitlines() if line.startswith("| ")]
+    rows = []
+    for title, belongs, model in KINDS:
+        some = [row for row in cut if row[1] == model and belongs(row[0])]
+        success = [row[2] for row in some]
+        mm, degrees = zip(*(row[3].split(" / ") for row in some))
+        ranges = [" to ".join(dict.fromkeys((min(each, key=float), max(each, key=float)))) for each in (success, mm, degrees)]
+        rows.append([title, len(some), *ranges])
+    return document.table(["object", "sequences", "success, %", "median error, mm", "median error, degrees"], rows)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", required=True)
-    parser.add_argument("--sequences", type=pathlib.Path, required=True)
+    parser.add_argument("--program")
+    parser.add_argument("--sequences", type=pathlib.Path)
     parser.add_argument("--compare", help="another build of the program, measured beside it")
     parser.add_argument("--document", type=pathlib.Path, default=pathlib.Path("docs/results/rbot.md"))
+    parser.add_argument("--readme", type=pathlib.Path, help="whose table of five lines to fill")
     arguments = parser.parse_args()
+    if arguments.sequences:
+        arguments.document.parent.mkdir(parents=True, exist_ok=True)
+        arguments.document.write_text(measured(arguments))
+    if arguments.readme:
+        document.fill(arguments.readme, {"accuracy": accuracy(arguments.document.read_text())})
+
+
+def measured(arguments):
+    """The document: every sequence with its model and with the shape alone."""
     programs = [("", arguments.program)] + ([(" (compared)", arguments.compare)] if arguments.compare else [])
     lines = [
         "# RBOT protocol",
@@ -66,8 +101,7 @@ def main():
             for suffix, program in programs:
                 print("results:", sequence.name, title + suffix, flush=True)
                 lines.append("| {} | {} | {} |".format(sequence.name, title + suffix, cells(run(program, sequence, model))))
-    arguments.document.parent.mkdir(parents=True, exist_ok=True)
-    arguments.document.write_text("\n".join(lines) + "\n")
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

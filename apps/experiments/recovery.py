@@ -1,6 +1,6 @@
 """Is the object held again after it was covered or out of the picture? Seeded trials, simulated and tracked.
 
-python3 recovery.py --program holdfast --work out/recovery [--trials 40] [--first-seed 1] [--document docs/experiments.md]
+python3 recovery.py --program holdfast --work out/recovery [--trials 40] [--first-seed 1] [--document docs/results/recovery.md]
 
 Each trial is an object (a printed box, a can, a vase) that is followed, then covered by a plate for 30 frames or out of the
 picture for 30, and meanwhile turns by 5 to 40 degrees, comes nearer or goes farther by up to a quarter, and appears

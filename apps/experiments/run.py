@@ -1,6 +1,6 @@
-"""The paper's experiments: simulates, tracks, and writes the tables and pictures of docs/experiments.md.
+"""The paper's experiments: simulates, tracks, and writes the tables and pictures of docs/results/experiments.md.
 
-python3 run.py --program holdfast --work out/experiments --document docs/experiments.md [--seeds N] [--sequences FOLDER]
+python3 run.py --program holdfast --work out/experiments --document docs/results/experiments.md [--seeds N] [--sequences FOLDER]
 
 What is to be done stands in scenario.toml. All numbers come from `holdfast evaluate`; here they are only put together.
 """
@@ -93,7 +93,7 @@ def main():
     if not whole:
         target = given.work / given.document.name
         shutil.copyfile(given.document, target)
-    images = target.parent / "images" / "experiments"
+    images = target.parent / "experiments"
     shutil.rmtree(images, ignore_errors=True)
     images.mkdir(parents=True)
 
@@ -113,6 +113,7 @@ def main():
     document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
     if given.sequences and given.sequences.is_dir():
         document.fill(target, {"recorded": recorded.tables(work, given.sequences)})
+    document.fill(target, {"measured": ""})
     print("experiments: {} written in {:.0f} s ({} results made, {} kept)".format(
         target, time.monotonic() - work.start, work.made, work.reused))
     print(tables.verdict(runs, scenario))

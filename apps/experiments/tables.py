@@ -1,4 +1,4 @@
-"""The tables of docs/experiments.md that compare with the paper, and what must hold."""
+"""The tables of docs/results/experiments.md that compare with the paper, and what must hold."""
 
 import re
 import statistics

@@ -22,7 +22,7 @@ constexpr double kPartlyShare = 0.8;
 constexpr int kFramesOfFurtherTrials = 80;
 constexpr int kDoublings = 3;
 constexpr double kBarShareOfObject = 0.3;
-// Below these the object is hard to hold whatever moves: docs/experiments.md shows how accuracy falls.
+// Below these the object is hard to hold whatever moves: docs/results/experiments.md shows how accuracy falls.
 constexpr double kFewPixels = 1200;
 constexpr double kLittleTexture = 0.15;
 

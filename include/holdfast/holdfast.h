@@ -171,7 +171,7 @@ HOLDFAST_C_EXPORT void holdfast_mesh_destroy(holdfast_mesh* mesh);
 
 /**
  * Makes a tracker; compiles kernels the first time on a machine, which takes half a minute.
- * mode: "standard", "fast" or "paper"; null: standard. device: "cpu", "gpu", "P:D" or a part of a name; null:
+ * mode: "default", "fast" or "paper"; null: default. device: "cpu", "gpu", "P:D" or a part of a name; null:
  * HOLDFAST_DEVICE, else a CPU.
  */
 HOLDFAST_C_EXPORT holdfast_code holdfast_tracker_create(const holdfast_mesh* mesh, const holdfast_camera* camera,

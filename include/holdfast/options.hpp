@@ -47,9 +47,9 @@ struct HOLDFAST_EXPORT TrackerOptions {
   std::vector<std::string> ablate;
 
   /// One view and one solution a frame, with the paper's tests and thresholds, steadied by gain and
-  /// bias and the motion's prediction (docs/experiments.md).
+  /// bias and the motion's prediction (docs/results/experiments.md).
   static TrackerOptions paper();
-  /// Accurate mode for a third of its time (docs/performance.md).
+  /// Accurate mode for a third of its time (docs/results/performance.md).
   static TrackerOptions fast();
 
   /// Throws Error(invalid_argument) naming the field that is out of range.

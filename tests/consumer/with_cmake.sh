@@ -15,13 +15,3 @@ cmake --build "$folder/core"
 cmake -S "$source" -B "$folder/io" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_PREFIX_PATH="$prefix"
 cmake --build "$folder/io" --target embed_io
 cd "$folder/io" && ./embed_io
-
-# The README's project, exactly as printed.
-snippet() { awk -v language="$1" '$0 == "```" language { inside = 1; next } /^```$/ { inside = 0 } inside' "$source/../../README.md"; }
-mkdir "$folder/readme"
-snippet cmake >"$folder/readme/CMakeLists.txt"
-snippet cpp >"$folder/readme/main.cpp"
-grep -q 'add_executable' "$folder/readme/CMakeLists.txt"
-grep -q 'int main' "$folder/readme/main.cpp"
-cmake -S "$folder/readme" -B "$folder/readme/build" -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_PREFIX_PATH="$prefix"
-cmake --build "$folder/readme/build"

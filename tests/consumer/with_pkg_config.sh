@@ -16,10 +16,3 @@ export LD_LIBRARY_PATH
 # shellcheck disable=SC2046
 "$compiler" -std=c++20 "$source/embed_io.cpp" $(pkg-config --cflags --libs holdfast-io) -o embed_io
 ./embed_io
-
-# The README's example, which reads a video with OpenCV, compiles and links as printed.
-awk '/^```cpp$/ { inside = 1; next } /^```$/ { inside = 0 } inside' "$source/../../README.md" >readme.cpp
-grep -q 'int main' readme.cpp
-# shellcheck disable=SC2046
-"$compiler" -std=c++20 readme.cpp $(pkg-config --cflags opencv4 | sed "s,-I,-isystem ,g") $(pkg-config --cflags --libs holdfast-io) \
-  -lopencv_videoio -lopencv_core -o readme

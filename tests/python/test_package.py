@@ -33,7 +33,17 @@ def test_nothing_is_left_at_exit():
     assert done.stderr == ""  # nanobind tells of objects that are never freed
 
 
-@pytest.mark.parametrize("mode", ["standard", "fast", "paper"])
+def test_types_are_right(tmp_path):
+    pytest.importorskip("mypy")
+    package = pathlib.Path(holdfast.__file__).parent
+    done = subprocess.run(
+        [sys.executable, "-B", "-m", "mypy", "-p", "holdfast", "--cache-dir", tmp_path],
+        cwd=package.parent, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("mode", ["default", "fast", "paper"])
 def test_annotated_options_are_the_options(mode):
     options = holdfast.default_options(mode)
     assert set(holdfast.TrackerOptions.__annotations__) == set(options)

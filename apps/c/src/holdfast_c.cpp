@@ -170,11 +170,11 @@ holdfast_result result_of(const FrameResult& found) {
 }
 
 TrackerOptions options_of(const char* mode) {
-  const std::string name = mode == nullptr ? "standard" : mode;
-  if (name == "standard") return {};
+  const std::string name = mode == nullptr ? "default" : mode;
+  if (name == "default") return {};
   if (name == "fast") return TrackerOptions::fast();
   if (name == "paper") return TrackerOptions::paper();
-  refuse("mode is '" + name + "': give standard, fast or paper");
+  refuse("mode is '" + name + "': give default, fast or paper");
 }
 
 Mesh mesh_of(const holdfast_mesh_arrays& arrays) {

@@ -1,8 +1,8 @@
 """How much the tracker bears: wrong first poses, other light, small and half-seen objects, objects of other kinds, models
 and calibrations that are a little wrong; whether its covariance is right; what each part is good for.
 
-python3 run.py --program holdfast --work out/robustness --document docs/robustness.md
-               [--ablation-document docs/experiments.md] [--sequences FOLDER]
+python3 run.py --program holdfast --work out/robustness --document docs/results/robustness.md
+               [--ablation-document docs/results/experiments.md] [--sequences FOLDER]
                [--demo FOLDER] [--only PART,...]
 
 What is asked stands in scenario.toml. Without recorded sequences, simulated ones stand in for them, and the tables that
@@ -70,6 +70,8 @@ def main():
         # After every part, so that an interrupted run leaves what it knows.
         other = given.ablation_document if name == "ablation" else None
         document.fill(other or given.document, {name: text})
+    if not given.only:
+        document.fill(given.document, {"measured": ""})
 
 
 if __name__ == "__main__":

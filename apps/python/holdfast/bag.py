@@ -66,7 +66,7 @@ def read_images(bag: str | os.PathLike, topic: str | None = None) -> Iterator[Ba
     with _open(bag) as reader:
         connections = _connections(reader, (IMAGE, COMPRESSED_IMAGE), topic, bag)
         for connection, bag_time, data in reader.messages(connections=connections):
-            message = reader.deserialize(data, connection.msgtype)
+            message: Any = reader.deserialize(data, connection.msgtype)
             image = _image_of(message) if connection.msgtype == IMAGE else _decoded(message)
             yield BagFrame(image, _nanoseconds(message.header.stamp), message.header.frame_id, bag_time)
 
@@ -86,10 +86,10 @@ def read_poses(bag: str | os.PathLike, topic: str | None = None) -> Iterator[Bag
     with _open(bag) as reader:
         connections = _connections(reader, (POSE,), topic, bag)
         for connection, _, data in reader.messages(connections=connections):
-            message = reader.deserialize(data, connection.msgtype)
+            message: Any = reader.deserialize(data, connection.msgtype)
             yield BagPose(
                 _pose_of(message.pose.pose),
-                np.array(message.pose.covariance, float).reshape(6, 6),
+                np.array(message.pose.covariance, np.float64).reshape(6, 6),
                 _nanoseconds(message.header.stamp),
                 message.header.frame_id,
             )

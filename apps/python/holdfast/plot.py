@@ -38,10 +38,10 @@ def frame(
     from matplotlib.collections import LineCollection
 
     axes = axes or _new_axes()
-    pose = getattr(result, "T_camera_object", result)
+    pose = result.T_camera_object if isinstance(result, _core.FrameResult) else np.asarray(result)
     axes.imshow(rgb_of(image) if mask is None else blended_classes(image, mask))
     axes.add_collection(LineCollection(outlines(renderer, pose, camera), colors="yellow", linewidths=1))
-    _draw_axes(axes, np.asarray(pose), camera)
+    _draw_axes(axes, pose, camera)
     axes.set_xlim(-0.5, camera.width - 0.5)
     axes.set_ylim(camera.height - 0.5, -0.5)
     axes.set_axis_off()

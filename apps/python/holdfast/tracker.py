@@ -56,7 +56,7 @@ class Tracker(_core.Tracker):
         model: _core.Mesh | str | os.PathLike | tuple | dict | Any,
         camera: _core.Camera | str | os.PathLike,
         *,
-        mode: str = "standard",
+        mode: Literal["default", "fast", "paper"] = "default",
         model_scale: float = 1.0,
         device: _core.Device | str | None = None,
         **options: Unpack[TrackerOptions],
@@ -66,7 +66,7 @@ class Tracker(_core.Tracker):
         model: a file, a Mesh, arrays (vertices, faces, uv, image), or an object with trimesh's fields; metres, or what
             model_scale turns into metres.
         camera: a Camera or a calibration file that names the frames' size.
-        mode: standard, fast or paper: the values of options that are not given.
+        mode: the values of options that are not given.
         device: a Device, or its name: 'cpu', 'gpu', 'P:D' or a part of a name. None: HOLDFAST_DEVICE, else a CPU.
         options: see default_options(); `occlusion` is a dict.
 

@@ -95,9 +95,9 @@ class View:
         to.log("/", rr.ViewCoordinates.RDF, static=True)
         size = [self.camera.width, self.camera.height]
         to.log("camera", rr.Pinhole(image_from_camera=self.camera.matrix, resolution=size), static=True)
-        classes = [(int(each), each.name, color) for each, color in CLASS_COLORS.items()]
-        unseen = [(int(each), each.name, (0, 0, 0, 0)) for each in _core.PixelClass if each not in CLASS_COLORS]
-        to.log("camera/image", rr.AnnotationContext(classes + unseen), static=True)
+        invisible = (0, 0, 0, 0)
+        classes = [(int(each), each.name, CLASS_COLORS.get(each, invisible)) for each in _core.PixelClass]
+        to.log("camera/image", rr.AnnotationContext(classes), static=True)
         mesh, image = self.mesh, next((each for each in self.mesh.images if each is not None), None)
         to.log(
             "object",

@@ -16,10 +16,10 @@
 namespace holdfast::python {
 
 TrackerOptions options_of_mode(const std::string& mode) {
-  if (mode == "standard" || mode == "default") return {};
+  if (mode == "default") return {};
   if (mode == "fast") return TrackerOptions::fast();
   if (mode == "paper") return TrackerOptions::paper();
-  throw nb::value_error(("mode: expected standard, fast or paper, got '" + mode + "'").c_str());
+  throw nb::value_error(("mode: expected default, fast or paper, got '" + mode + "'").c_str());
 }
 
 namespace {
@@ -86,8 +86,8 @@ void set_texture(SharedTracker& self, std::size_t material, nb::object image) {
 void bind_tracker(nb::module_& module) {
   module.def(
       "default_options", [](const std::string& mode) { return fields_dict(options_of_mode(mode)); },
-      nb::arg("mode") = "standard", nb::sig("def default_options(mode: str = 'standard') -> dict[str, typing.Any]"),
-      "Names and values of the options that a mode has: standard, fast or paper.");
+      nb::arg("mode") = "default", nb::sig("def default_options(mode: str = 'default') -> dict[str, typing.Any]"),
+      "Names and values of the options that a mode has: default, fast or paper.");
 
   nb::class_<SharedTracker>(module, "Tracker")
       .def("__init__", &construct, nb::arg("mesh"), nb::arg("camera"), nb::arg("mode"), nb::arg("options"),

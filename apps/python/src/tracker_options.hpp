@@ -54,7 +54,7 @@ struct FieldWords<Quality> {
   static constexpr const char* expected = "accurate, fast or paper";
 };
 
-/// Options of a mode: "standard" (or "default"), "fast" or "paper". Throws ValueError for another name.
+/// Options of a mode: "default", "fast" or "paper". Throws ValueError for another name.
 TrackerOptions options_of_mode(const std::string& mode);
 
 }  // namespace holdfast::python
