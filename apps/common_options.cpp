@@ -139,6 +139,13 @@ void InitPoseArguments::add_to(CLI::App& app, bool required) {
 
 Pose InitPoseArguments::load() const { return io::load_pose(path); }
 
+CLI::Option* add_renderer_option(CLI::App& app, RendererChoice& choice) {
+  return add_choice<RendererChoice>(app, "--renderer", choice,
+                                    {{"osmesa", RendererChoice::osmesa}, {"egl", RendererChoice::egl}},
+                                    "Which OpenGL draws the model [OSMesa, else EGL]")
+      ->envname("HOLDFAST_RENDERER");
+}
+
 void DeviceArguments::add_to(CLI::App& app) {
   app.add_option("--device", options.device,
                  "OpenCL device: cpu, gpu, P:D or part of a name [HOLDFAST_DEVICE, else a CPU] ('holdfast devices')")
@@ -152,6 +159,7 @@ void DeviceArguments::add_to(CLI::App& app) {
                  "Folder of compiled kernels [HOLDFAST_CACHE_DIR, else ~/.cache/holdfast]")
       ->type_name("FOLDER")
       ->group(kDeviceGroup);
+  add_renderer_option(app, options.renderer)->group(kDeviceGroup);
 }
 
 template <class Field>

@@ -36,6 +36,7 @@ from ._core import (
     RecordedSequence,
     RenderedView,
     Renderer,
+    RendererChoice,
     SimulatedFrame,
     Simulation,
     StageTimes,
