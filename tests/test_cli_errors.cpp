@@ -366,8 +366,8 @@ TEST_CASE("OSMesa draws; without it EGL does; without both, or what is asked for
     return Environment{{"LD_LIBRARY_PATH", (inputs().folder() / folder).string()}};
   };
   const Environment no_osmesa = break_library("no_osmesa", {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8"});
-  const Environment neither = break_library(
-      "neither", {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8", "libEGL.so", "libEGL.so.1"});
+  const Environment neither =
+      break_library("neither", {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8", "libEGL.so", "libEGL.so.1"});
   check_fails(kNoDevice, track({}), {"OSMesa", "EGL", "libosmesa6", "libegl1"}, neither);
   check_fails(kNoDevice, {"devices"}, {"OSMesa", "EGL", "libosmesa6", "libegl1"}, neither);
   check_fails(kNoDevice, track({{"--renderer", "osmesa"}}), {"OSMesa", "libosmesa6"}, no_osmesa);

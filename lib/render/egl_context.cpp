@@ -99,9 +99,8 @@ std::vector<Handle> displays_without_screen(const Egl& egl) {
     egl.query_devices(count, devices.data(), &count);
     devices.resize(static_cast<std::size_t>(std::max(count, 0)));
     for (Handle device : devices) {
-      const bool draws_by_cpu =
-          egl.query_device_string != nullptr &&
-          has_extension(egl.query_device_string(device, kExtensions), "EGL_MESA_device_software");
+      const bool draws_by_cpu = egl.query_device_string != nullptr &&
+                                has_extension(egl.query_device_string(device, kExtensions), "EGL_MESA_device_software");
       (draws_by_cpu ? software : others).push_back(egl.platform_display(kPlatformDevice, device, nullptr));
     }
   }
@@ -121,8 +120,8 @@ Handle context_on(const Egl& egl, Handle display) {
   Handle config = nullptr;
   std::int32_t count = 0;
   if (egl.choose_config(display, wanted.data(), &config, 1, &count) == 0 || count < 1) return nullptr;
-  const std::array<std::int32_t, 7> attributes = {kMajorVersion, 3, kMinorVersion, 3, kProfileMask, kCoreProfile,
-                                                  kNone};
+  const std::array<std::int32_t, 7> attributes = {kMajorVersion, 3,    kMinorVersion, 3, kProfileMask,
+                                                  kCoreProfile,  kNone};
   return egl.create_context(display, config, nullptr, attributes.data());
 }
 
@@ -155,9 +154,9 @@ class EglContext final : public GlContext {
     before_ = {egl_.current_display(), egl_.current_surface(kDrawSurface), egl_.current_surface(kReadSurface),
                egl_.current_context()};
     if (egl_.make_current(display_, nullptr, nullptr, context_) != 0) return;
-    fail_rendering(ErrorCode::renderer, "EGL cannot make its context current in this thread (error " +
-                 std::to_string(egl_.get_error()) +
-                 "); where the program draws by GLX in the same thread, use Holdfast in another one");
+    fail_rendering(ErrorCode::renderer,
+                   "EGL cannot make its context current in this thread (error " + std::to_string(egl_.get_error()) +
+                       "); where the program draws by GLX in the same thread, use Holdfast in another one");
   }
 
   void release() noexcept override {

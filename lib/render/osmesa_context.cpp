@@ -64,7 +64,8 @@ class OsMesaContext final : public GlContext {
 
   void make_current() override {
     if (make_current_(context_, default_buffer_.data(), GL_UNSIGNED_BYTE, 1, 1) == GL_FALSE) {
-      fail_rendering(ErrorCode::renderer, "OSMesa cannot make its context current in this thread; reinstall the package libosmesa6");
+      fail_rendering(ErrorCode::renderer,
+                     "OSMesa cannot make its context current in this thread; reinstall the package libosmesa6");
     }
   }
 
