@@ -417,6 +417,8 @@ TEST_CASE("An object that is lost is a failure only where it is asked for") {
     cv::randu(noise, 0, 255);
     cv::imwrite((inputs().folder() / "noise" / (std::to_string(i) + ".png")).string(), noise);
   }
-  CHECK(inputs().run(track({}, "noise")).exit_code == kOk);
+  const ProgramRun lost = inputs().run(track({}, "noise"));
+  CHECK(lost.exit_code == kOk);
+  CHECK(lost.err.find("not found where the first pose puts it") != lost.err.npos);
   CHECK(inputs().run(track({{"--require-held", ""}}, "noise")).exit_code == kLost);
 }
