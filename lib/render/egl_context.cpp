@@ -87,11 +87,10 @@ bool has_extension(const char* list, std::string_view name) {
   return false;
 }
 
-/// Displays that need no screen: software first, since it draws the same bits everywhere; then what Mesa chooses; then
-/// graphics processors.
-std::vector<Handle> displays_without_screen(const Egl& egl) {
+/// Displays that need no screen: graphics processors, what Mesa chooses, software; `on_cpu`: the other way round.
+std::vector<Handle> displays_without_screen(const Egl& egl, bool on_cpu) {
   const char* client = egl.query_string(nullptr, kExtensions);
-  std::vector<Handle> software, others;
+  std::vector<Handle> processors, chosen, software;
   if (egl.platform_display == nullptr) return {};
   std::int32_t count = 0;
   if (egl.query_devices != nullptr && egl.query_devices(0, nullptr, &count) != 0 && count > 0) {
@@ -101,15 +100,18 @@ std::vector<Handle> displays_without_screen(const Egl& egl) {
     for (Handle device : devices) {
       const bool draws_by_cpu = egl.query_device_string != nullptr &&
                                 has_extension(egl.query_device_string(device, kExtensions), "EGL_MESA_device_software");
-      (draws_by_cpu ? software : others).push_back(egl.platform_display(kPlatformDevice, device, nullptr));
+      (draws_by_cpu ? software : processors).push_back(egl.platform_display(kPlatformDevice, device, nullptr));
     }
   }
   if (has_extension(client, "EGL_MESA_platform_surfaceless")) {
-    software.push_back(egl.platform_display(kPlatformSurfaceless, nullptr, nullptr));
+    chosen.push_back(egl.platform_display(kPlatformSurfaceless, nullptr, nullptr));
   }
-  software.insert(software.end(), others.begin(), others.end());
-  std::erase(software, nullptr);
-  return software;
+  std::vector<Handle> displays;
+  for (const auto* some : {&processors, &chosen, &software})
+    displays.insert(displays.end(), some->begin(), some->end());
+  if (on_cpu) std::reverse(displays.begin(), displays.end());
+  std::erase(displays, nullptr);
+  return displays;
 }
 
 Handle context_on(const Egl& egl, Handle display) {
@@ -127,10 +129,10 @@ Handle context_on(const Egl& egl, Handle display) {
 
 class EglContext final : public GlContext {
  public:
-  EglContext() : egl_(load_egl()) {
+  explicit EglContext(bool on_cpu) : egl_(load_egl()) {
     const Enum api_before = egl_.query_api();
     if (egl_.bind_api(kOpenGlApi) == 0) fail_context("it knows OpenGL ES alone");
-    const std::vector<Handle> displays = displays_without_screen(egl_);
+    const std::vector<Handle> displays = displays_without_screen(egl_, on_cpu);
     for (Handle display : displays) {
       display_ = display;
       context_ = context_on(egl_, display);
@@ -181,6 +183,6 @@ class EglContext final : public GlContext {
 
 }  // namespace
 
-std::unique_ptr<GlContext> create_egl_context() { return std::make_unique<EglContext>(); }
+std::unique_ptr<GlContext> create_egl_context(bool on_cpu) { return std::make_unique<EglContext>(on_cpu); }
 
 }  // namespace holdfast

@@ -23,7 +23,8 @@ std::unique_ptr<GlContext> create_gl_context(RendererChoice choice) {
     if (!any) fail_rendering(ErrorCode::renderer, "no OSMesa (" + osmesa_fails + "); install the package libosmesa6");
   }
   try {
-    return made(create_egl_context, any ? "there is no OSMesa (" + osmesa_fails + ")" : "asked for");
+    return made([any] { return create_egl_context(any); },
+                any ? "there is no OSMesa (" + osmesa_fails + ")" : "asked for");
   } catch (const Error& error) {
     const std::string egl_fails = error.what();
     if (!any) {

@@ -43,7 +43,8 @@ std::unique_ptr<GlContext> create_gl_context(RendererChoice choice);
 
 /// One way each to such a context: throw Error(renderer) with the reason alone.
 std::unique_ptr<GlContext> create_osmesa_context();
-std::unique_ptr<GlContext> create_egl_context();
+/// `on_cpu`: rather than on a graphics processor, where there are both.
+std::unique_ptr<GlContext> create_egl_context(bool on_cpu);
 
 /// Keeps a context current for the length of a scope. Taking it anew in each scope is what lets several contexts live
 /// in one process and one context be used from several threads in turn.

@@ -8,7 +8,7 @@ namespace {
 /// Fewer cost little as they are.
 constexpr std::size_t kFewTriangles = 1000, kFewestTriangles = 100;
 /// More are thinned out to so many first.
-constexpr std::size_t kManyTriangles = 100000;
+constexpr std::size_t kManyTriangles = 50000;
 /// Triangles of a level, of those of the one before, per cent.
 constexpr std::size_t kLevelShare = 71;
 /// Of the mesh's radius.
