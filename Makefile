@@ -1,7 +1,8 @@
 # make            builds the library and the program, Release: build/release/apps/holdfast
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
-# make sanitize   the tests again with ASan and UBSan; make fuzz: FUZZ_SECONDS (60) of made-up input for each reader
+# make sanitize   the tests again with ASan and UBSan, threads with TSan; make fuzz: FUZZ_SECONDS (60) of made-up input for each reader
+# make endurance  500 starts in a row in a large environment; 50,000 frames, over which memory must stay flat
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
 #                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
 #                 tables and plots of docs/results/performance.md)
@@ -31,7 +32,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery results test sanitize fuzz bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery results test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -86,14 +87,20 @@ test: deps
 	cd $(tested) && ctest --output-on-failure --no-tests=error --parallel $(JOBS) $(CTEST_FLAGS)
 	@sh tests/count.sh $(tested)/Testing/Temporary/LastTest.log
 
-# ASan and UBSan over the suites; what others' libraries leak is named in tests/sanitize/.
+# TSan over what runs in threads, ASan and UBSan over the suites; what others' libraries do is named in tests/sanitize/.
 sanitize:
 	@sh cmake/install-deps.sh build test
+	@sh tests/sanitize/threads.sh build/sanitize-threads
 	@sh tests/sanitize/run.sh build/sanitize $(CTEST_FLAGS)
 
 fuzz:
 	@sh cmake/install-deps.sh build fuzz
 	@sh tests/fuzz/run.sh build/fuzz $(FUZZ_SECONDS)
+
+endurance:
+	@sh cmake/install-deps.sh build test
+	@$(MAKE) --no-print-directory all
+	@python3 -B tests/endurance/run.py $(release)/apps/holdfast out/endurance
 
 bench:
 	@sh cmake/install-deps.sh build bench

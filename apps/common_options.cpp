@@ -25,16 +25,18 @@ constexpr const char* kTrackerGroup = "Tracker";
 /// An option that takes one of a few words.
 template <class Value>
 CLI::Option* add_choice(CLI::App& app, const char* name, Value& value, const std::map<std::string, Value>& words,
-                        const std::string& description) {
+                        const std::string& description, const std::string& variable = "") {
   std::string list;
   for (const auto& [word, meaning] : words) {
     list += (list.empty() ? "" : "|") + word;
   }
   const auto choose = [&value, words](const std::string& word) { value = words.at(word); };
   return app.add_option_function<std::string>(name, choose, description)
-      ->check([words, list](const std::string& word) {
-        return words.contains(word) ? std::string() : "'" + word + "' is none of " + list;
+      ->check([words, list, variable](const std::string& word) {
+        const std::string source = variable.empty() ? "" : " (from the option or " + variable + ")";
+        return words.contains(word) ? std::string() : "'" + word + "'" + source + " is none of " + list;
       })
+      ->envname(variable)
       ->type_name(list);
 }
 
@@ -139,6 +141,13 @@ void InitPoseArguments::add_to(CLI::App& app, bool required) {
 
 Pose InitPoseArguments::load() const { return io::load_pose(path); }
 
+CLI::Option* add_renderer_option(CLI::App& app, RendererChoice& choice) {
+  return add_choice<RendererChoice>(
+      app, "--renderer", choice, {{"osmesa", RendererChoice::osmesa}, {"egl", RendererChoice::egl}},
+      "Which OpenGL draws the model: OSMesa on the CPU, EGL on a GPU where there is one [osmesa, else egl]",
+      "HOLDFAST_RENDERER");
+}
+
 void DeviceArguments::add_to(CLI::App& app) {
   app.add_option("--device", options.device,
                  "OpenCL device: cpu, gpu, P:D or part of a name [HOLDFAST_DEVICE, else a CPU] ('holdfast devices')")
@@ -152,6 +161,7 @@ void DeviceArguments::add_to(CLI::App& app) {
                  "Folder of compiled kernels [HOLDFAST_CACHE_DIR, else ~/.cache/holdfast]")
       ->type_name("FOLDER")
       ->group(kDeviceGroup);
+  add_renderer_option(app, options.renderer)->group(kDeviceGroup);
 }
 
 template <class Field>

@@ -13,7 +13,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 /// Options that several subcommands share. Each is a struct whose add_to() binds it to a subcommand; it must live until
 /// the command line is parsed (keep it in a shared_ptr that the subcommand's callback holds).
@@ -55,7 +56,10 @@ struct InitPoseArguments {
   Pose load() const;
 };
 
-/// --device, --partition, --cache-folder
+/// --renderer, else HOLDFAST_RENDERER.
+CLI::Option* add_renderer_option(CLI::App& app, RendererChoice& choice);
+
+/// --device, --partition, --cache-folder, --renderer
 struct DeviceArguments {
   DeviceOptions options;
 

@@ -27,6 +27,7 @@ struct Inventory {
   std::vector<DeviceInfo> devices;
   std::optional<DeviceInfo> used;
   std::optional<std::string> renderer;
+  std::string renderer_reason;
   std::vector<std::string> missing;  ///< in words, with the package to install
 };
 
@@ -50,7 +51,11 @@ Inventory take_inventory(const DeviceArguments& arguments) {
     inventory.missing.push_back(error.what());
   }
   try {
-    inventory.renderer = Renderer(triangle(), 16, 16).description();
+    RendererOptions options;
+    options.choice = arguments.options.renderer;
+    const Renderer renderer(triangle(), 16, 16, options);
+    inventory.renderer = renderer.description();
+    inventory.renderer_reason = renderer.reason();
   } catch (const Error& error) {
     inventory.missing.push_back(error.what());
   }
@@ -90,6 +95,7 @@ void print_json(const Inventory& inventory) {
   }
   document["used"] = inventory.used ? nlohmann::ordered_json(address(*inventory.used)) : nullptr;
   document["renderer"] = inventory.renderer ? nlohmann::ordered_json(*inventory.renderer) : nullptr;
+  document["renderer_reason"] = inventory.renderer_reason;
   document["missing"] = inventory.missing;
   fmt::print("{}\n", document.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
@@ -117,7 +123,8 @@ void print_text(const Inventory& inventory) {
   if (inventory.devices.empty()) {
     fmt::print("  none\n");
   }
-  fmt::print("Renderer\n  {}\n", inventory.renderer.value_or("none"));
+  fmt::print("Renderer\n  {}{}\n", inventory.renderer.value_or("none"),
+             inventory.renderer ? "  <- used: " + app::one_line(inventory.renderer_reason) : "");
   if (inventory.missing.empty()) {
     fmt::print("Nothing is missing. --device takes an address (0:0), cpu, gpu, or a part of a name.\n");
     return;

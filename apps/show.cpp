@@ -18,6 +18,7 @@ namespace {
 struct ShowCommand {
   app::ModelArguments model;
   std::filesystem::path out;
+  RendererChoice renderer = RendererChoice::automatic;
   std::filesystem::path config;
 
   void run() const {
@@ -27,7 +28,7 @@ struct ShowCommand {
     }
     const Mesh mesh = model.load();
     app::warn_about_units(mesh);
-    if (!out.empty()) app::save_picture(out, app::model_sheet(mesh, model.path.filename().string()));
+    if (!out.empty()) app::save_picture(out, app::model_sheet(mesh, model.path.filename().string(), renderer));
     fmt::print("{}", app::model_text(mesh));
     if (!out.empty()) fmt::print("written        {}\n", out.string());
   }
@@ -45,6 +46,7 @@ void add_show_command(CLI::App& app, int&) {
       ->capture_default_str()
       ->type_name("FACTOR");
   command->add_option("-o,--picture", show->out, "The picture (.png, .jpg)")->type_name("FILE");
+  app::add_renderer_option(*command, show->renderer);
   app::add_config_option(*command);
   command->callback([command, show] {
     show->config = app::config_file(*command);

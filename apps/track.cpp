@@ -105,7 +105,8 @@ void TrackCommand::add_to(CLI::App& command) {
       ->group(output_group);
   command
       .add_option("--overlay", outputs.overlay,
-                  "Video (.mp4, .mkv, .avi): the model's contour, and pixels used (green) or rejected (red)")
+                  "Video (.mp4, .avi; .mkv, which plays after a kill too): the model's contour, and pixels used "
+                  "(green) or rejected (red)")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--contact-sheet", outputs.contact_sheet, "Picture (.png) of frames spread over the run")
@@ -240,7 +241,9 @@ int TrackCommand::run() const {
     const double time_s = tracked.frame.time_s;
     tracked.result = follower.track(view, time_s);
     if (tracked.ordinal == 0 && tracked.result.status == Status::lost && !completion) {
-      warn_if(pose_hint(T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view); }));
+      warn_if(pose_hint(T_camera_object, [&](const Pose& pose) {
+                return is_held_from(follower, pose, view);
+              }).value_or(lost_start(tracked.result)));
       follower.reset(T_camera_object);
       tracked.result = follower.track(view, time_s);
     }

@@ -10,6 +10,9 @@ add_test(NAME public_headers COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR
 add_test(NAME batch COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/batch.sh
   ${PROJECT_SOURCE_DIR} $<TARGET_FILE:holdfast_program> ${CMAKE_CURRENT_BINARY_DIR}/batch)
 
+add_test(NAME install_deps COMMAND ${SHELL_PROGRAM} ${CMAKE_CURRENT_SOURCE_DIR}/install_deps.sh
+  ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/install_deps)
+
 set(installed ${CMAKE_CURRENT_BINARY_DIR}/installed)
 set(consumer ${CMAKE_CURRENT_SOURCE_DIR}/consumer)
 add_test(NAME install COMMAND ${CMAKE_COMMAND} --install ${PROJECT_BINARY_DIR} --prefix ${installed})

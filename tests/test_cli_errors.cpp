@@ -357,13 +357,41 @@ TEST_CASE("No device, no renderer") {
   check_fails(kNoDevice, track({{"--device", "abacus"}}), {"abacus", "there is"});
   check_fails(kNoDevice, track({}), {"abacus", "HOLDFAST_DEVICE"}, {{"HOLDFAST_DEVICE", "abacus"}});
   check_fails(kNoDevice, {"devices"}, {"no OpenCL device"}, {{"OCL_ICD_VENDORS", "/nonexistent"}});
-  fs::create_directory(inputs().folder() / "libraries");
-  for (const char* name : {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8"}) {
-    write(std::string("libraries/") + name, "no library");
+}
+
+TEST_CASE("OSMesa draws; without it EGL does; without both, or what is asked for, one line says what to install") {
+  const auto break_library = [](const std::string& folder, std::initializer_list<const char*> names) {
+    fs::create_directory(inputs().folder() / folder);
+    for (const char* name : names) write(folder + "/" + name, "no library");
+    return Environment{{"LD_LIBRARY_PATH", (inputs().folder() / folder).string()}};
+  };
+  const Environment no_osmesa = break_library("no_osmesa", {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8"});
+  const Environment neither =
+      break_library("neither", {"libOSMesa.so", "libOSMesa.so.6", "libOSMesa.so.8", "libEGL.so", "libEGL.so.1"});
+  check_fails(kNoDevice, track({}), {"OSMesa", "EGL", "libosmesa6", "libegl1"}, neither);
+  check_fails(kNoDevice, {"devices"}, {"OSMesa", "EGL", "libosmesa6", "libegl1"}, neither);
+  check_fails(kNoDevice, track({{"--renderer", "osmesa"}}), {"OSMesa", "libosmesa6"}, no_osmesa);
+  check_fails(kUsage, track({{"--renderer", "vulkan"}}), {"vulkan", "osmesa", "egl"});
+  check_fails(kUsage, track({}), {"vulkan", "HOLDFAST_RENDERER"}, {{"HOLDFAST_RENDERER", "vulkan"}});
+
+  const auto renderer = [](std::vector<std::string> arguments, const Environment& environment) {
+    const ProgramRun run = inputs().run(arguments, environment);
+    const std::size_t begin = run.out.find("Renderer");
+    return begin == run.out.npos ? run.err : run.out.substr(begin, run.out.find('\n', begin + 10) - begin);
+  };
+  if (inputs().run({"devices", "--renderer", "egl"}).exit_code != kOk) {
+    MESSAGE("EGL is not installed, so nothing can take over from OSMesa");
+    return;
   }
-  const Environment broken{{"LD_LIBRARY_PATH", (inputs().folder() / "libraries").string()}};
-  check_fails(kNoDevice, track({}), {"OSMesa", "libosmesa6"}, broken);
-  check_fails(kNoDevice, {"devices"}, {"OSMesa", "libosmesa6"}, broken);
+  const std::string instead = renderer({"devices"}, no_osmesa);
+  CHECK(instead.find("  EGL: ") != instead.npos);
+  CHECK(instead.find("there is no OSMesa (") != instead.npos);
+  CHECK(renderer({"devices"}, {{"HOLDFAST_RENDERER", "egl"}}).find("  EGL: ") != instead.npos);
+  // The option comes before the variable.
+  const std::string asked = renderer({"devices", "--renderer", "egl"}, {{"HOLDFAST_RENDERER", "osmesa"}});
+  CHECK(asked.find("  EGL: ") != asked.npos);
+  CHECK(asked.find("asked for") != asked.npos);
+  CHECK(inputs().run(track({}), no_osmesa).exit_code == kOk);
 }
 
 TEST_CASE("Results that cannot be written") {
@@ -389,6 +417,8 @@ TEST_CASE("An object that is lost is a failure only where it is asked for") {
     cv::randu(noise, 0, 255);
     cv::imwrite((inputs().folder() / "noise" / (std::to_string(i) + ".png")).string(), noise);
   }
-  CHECK(inputs().run(track({}, "noise")).exit_code == kOk);
+  const ProgramRun lost = inputs().run(track({}, "noise"));
+  CHECK(lost.exit_code == kOk);
+  CHECK(lost.err.find("not found where the first pose puts it") != lost.err.npos);
   CHECK(inputs().run(track({{"--require-held", ""}}, "noise")).exit_code == kLost);
 }

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -192,7 +193,7 @@ TEST_CASE("A focal length in millimetres is warned of") {
         std::string::npos);
   // The widest lens that shows straight lines as such, as good as: 150 degrees.
   write("wide.txt", "43 43 159.5 119.5\n");
-  CHECK(inputs().run(track("frames", "box.obj", "wide.txt")).err.empty());
+  CHECK(inputs().run(track("frames", "box.obj", "wide.txt")).err.find("millimetres") == std::string::npos);
 }
 
 TEST_CASE("Frames of a fisheye are followed as well as a pinhole's") {
@@ -256,6 +257,31 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
   const ProgramRun beside = init("off.csv");
   CHECK(beside.exit_code == kOk);
   CHECK(beside.err.find("do not lie on the model") != std::string::npos);
+}
+
+TEST_CASE("An overlay that a kill cuts off can be played as far as it goes") {
+  const cv::Mat frame = cv::imread((inputs().folder() / "frames/0.png").string());
+  constexpr int kLong = 1500, kKilledAt = 500;
+  cv::VideoWriter video((inputs().folder() / "long.avi").string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30,
+                        frame.size());
+  REQUIRE(video.isOpened());
+  for (int i = 0; i < kLong; ++i) video.write(frame);
+  video.release();
+  std::string command = "'" + program_path() + "'";
+  for (const std::string& argument : track("long.avi")) command += " " + argument;
+  command += " --overlay cut.mkv & child=$!; until [ $(wc -l <poses.csv) -gt " + std::to_string(kKilledAt) +
+             " ] || ! kill -0 $child; do sleep 0.02; done; kill -9 $child; wait $child";
+  fs::remove(inputs().folder() / "poses.csv");
+  write("poses.csv", "");
+  CHECK(run_program("/bin/sh", {"-c", command}, inputs().folder().path()).exit_code == 128 + 9);
+  CHECK_FALSE(fs::exists(inputs().folder() / "cut.mkv"));
+  cv::VideoCapture cut((inputs().folder() / "cut.part.mkv").string(), cv::CAP_FFMPEG);
+  REQUIRE(cut.isOpened());
+  int frames = 0;
+  for (cv::Mat picture; cut.read(picture);) ++frames;
+  // The encoder looks ahead, and five seconds are written at a time.
+  CHECK(frames >= kKilledAt - 300);
+  CHECK(frames < kLong);
 }
 
 TEST_CASE("Text files of Windows") {

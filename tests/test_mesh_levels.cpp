@@ -183,6 +183,43 @@ TEST_CASE("seams, borders of materials and closedness stay") {
   }
 }
 
+TEST_CASE("very many triangles are thinned out first, and lie where the mesh lies as far as that says") {
+  const Mesh mesh = body(480, 240);
+  REQUIRE(mesh.triangles.size() > 200000);
+  const auto before = borders(mesh);
+  for (const MeshAspect aspect : {MeshAspect::appearance, MeshAspect::shape}) {
+    const bool looks = aspect == MeshAspect::appearance;
+    const auto levels = mesh_levels(mesh, aspect);
+    REQUIRE(levels.size() >= 5);
+    CHECK(levels[0].triangles.size() <= 50000);
+    CHECK(levels[0].triangles.size() >= 45000);
+    CHECK(levels[0].deviation < 2e-3 * mesh.radius());
+    Mesh coarse = with(mesh, levels[0]);
+    if (looks) {
+      CHECK(borders(coarse) == before);
+    } else {
+      coarse.materials.clear();
+      coarse.texture_coordinates.assign(coarse.positions.size(), Eigen::Vector2f::Zero());
+    }
+    CHECK(is_closed_outward(coarse));
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal(0, 1);
+    double square = 0;
+    constexpr int kRays = 25;
+    for (int i = 0; i < kRays; ++i) {
+      const Eigen::Vector3d direction = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+      if (std::abs(direction.z()) > 0.9) continue;
+      const Hit fine = first_hit(mesh, -0.3 * direction, direction),
+                drawn = first_hit(coarse, -0.3 * direction, direction);
+      REQUIRE(drawn.distance < 1);  // no gap
+      const double slid = looks ? 0.5 * kTextureMetres * (fine.texture - drawn.texture).norm() : 0;
+      square += std::pow(fine.distance - drawn.distance, 2) + slid * slid;
+    }
+    INFO("deviation ", levels[0].deviation, " m, measured ", std::sqrt(square / kRays));
+    CHECK(std::sqrt(square / kRays) < 1.5 * levels[0].deviation);
+  }
+}
+
 TEST_CASE("on a flat sheet only a texture that is bent has a price") {
   const auto sheet = [](double bend) {
     Mesh mesh;

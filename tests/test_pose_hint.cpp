@@ -57,6 +57,16 @@ TEST_CASE("Every convention's pose is told as that") {
   CHECK_FALSE(pose_hint(truth, [](const Pose&) { return false; }));
 }
 
+TEST_CASE("A start that no reading explains says how much of the contour is there") {
+  FrameResult first;
+  CHECK(lost_start(first).find("contour") == std::string::npos);
+  first.contour.lines = 200;
+  first.contour.near_lines = 14;
+  CHECK(lost_start(first).find("at 7 % of the model's contour") != std::string::npos);
+  first.contour.near_lines = 150;
+  CHECK(lost_start(first).find("model's contour") == std::string::npos);
+}
+
 TEST_CASE("An object behind the camera is refused with what may be meant") {
   CHECK_NOTHROW(require_in_front(box(), some_pose()));
   Pose behind = some_pose();

@@ -232,7 +232,49 @@ TEST_CASE("Misuse is an error with its code") {
   CHECK(code_of([&] { bare_renderer.set_texture(0, random_texture(4, 4, 1)); }) == ErrorCode::invalid_argument);
 }
 
-TEST_CASE("The description names OSMesa's renderer") {
+TEST_CASE("OSMesa and EGL draw the same bits by software, and nearly the same by a graphics processor") {
+  const Mesh mesh = colored_box();
+  const auto renderer_by = [&](RendererChoice choice) {
+    RendererOptions options;
+    options.choice = choice;
+    options.lit = true;
+    return std::make_unique<Renderer>(mesh, kRenderCamera.width, kRenderCamera.height, options);
+  };
+  std::unique_ptr<Renderer> osmesa, egl;
+  try {
+    osmesa = renderer_by(RendererChoice::osmesa);
+    egl = renderer_by(RendererChoice::egl);
+  } catch (const Error& error) {
+    REQUIRE(error.code() == ErrorCode::renderer);
+    MESSAGE("one of them is not installed, so they are not compared: ", error.what());
+    return;
+  }
+  CHECK(osmesa->description().starts_with("OSMesa: "));
+  CHECK(egl->description().starts_with("EGL: "));
+  CHECK(osmesa->reason() == "asked for");
+  const bool software = egl->description().find("llvmpipe") != std::string::npos;
+  for (Renderer* renderer : {osmesa.get(), egl.get()}) renderer->set_shading({0.1, -0.2, -0.3});
+  for (const Pose& pose : {pose_at({0, 0, 0.5}, {0.4, 0.9, -0.3}), pose_at({0.05, -0.02, 0.3}, {2, 0.1, 0.7})}) {
+    const View one = draw(*osmesa, pose), other = draw(*egl, pose);
+    REQUIRE(one.drawn_count() > 500);
+    if (software) {
+      CHECK(one.rgba == other.rgba);
+      CHECK(one.window_depth == other.window_depth);
+      continue;
+    }
+    long moved = 0, recolored = 0;
+    for (std::size_t i = 0; i < one.window_depth.size(); ++i) {
+      moved += (one.window_depth[i] < 1) != (other.window_depth[i] < 1) ? 1 : 0;
+      for (std::size_t k = 4 * i; k < 4 * i + 4; ++k) {
+        recolored += std::abs(one.rgba[k] - other.rgba[k]) > 3 ? 1 : 0;
+      }
+    }
+    CHECK(moved <= one.drawn_count() / 500);  // edges' pixels
+    CHECK(recolored <= one.drawn_count() / 100);
+  }
+}
+
+TEST_CASE("The description names OpenGL's renderer") {
   Renderer renderer(colored_box(), 64, 64);
   CHECK(renderer.description().find("pipe") != std::string::npos);
   CHECK(renderer.description().find("OpenGL") != std::string::npos);

@@ -137,8 +137,10 @@ std::string size_text(const Mesh& mesh) {
 
 }  // namespace
 
-cv::Mat model_sheet(const Mesh& mesh, const std::string& name) {
-  Renderer renderer(mesh, kTile, kTile);
+cv::Mat model_sheet(const Mesh& mesh, const std::string& name, RendererChoice choice) {
+  RendererOptions options;
+  options.choice = choice;
+  Renderer renderer(mesh, kTile, kTile, options);
   cv::Mat sheet(kHeader + 2 * kTile, 3 * kTile, CV_8UC3, kBackground);
   const std::vector<Side> all = sides();
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -4,12 +4,13 @@
 #include <string>
 
 #include "holdfast/mesh.hpp"
+#include "holdfast/renderer_choice.hpp"
 
 namespace holdfast::app {
 
 /// The model as it was loaded, seen along each of its axes from both sides, with its axes and its size. Surface without
 /// a known look is grey, lit from the viewer. Throws Error(renderer).
-cv::Mat model_sheet(const Mesh& mesh, const std::string& name);
+cv::Mat model_sheet(const Mesh& mesh, const std::string& name, RendererChoice choice = RendererChoice::automatic);
 
 /// Size, triangles, materials and what share of the surface they give a look, in lines.
 std::string model_text(const Mesh& mesh);

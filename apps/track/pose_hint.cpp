@@ -57,6 +57,18 @@ void require_in_front(const Mesh& mesh, const Pose& T_camera_object) {
                           center.z(), meant.empty() ? "" : ": is it " + meant + "?"));
 }
 
+std::string lost_start(const FrameResult& first) {
+  const ContourEvidence& contour = first.contour;
+  // By chance an edge of the picture lies beside some of the lines.
+  const bool nowhere = contour.lines > 0 && contour.near_lines < contour.lines / 2;
+  return fmt::format(
+      "the object is not found where the first pose puts it{}: check the pose, the model's unit and the "
+      "camera; --contact-sheet shows where it is drawn",
+      nowhere ? fmt::format(" (the picture has an edge at {} % of the model's contour)",
+                            100 * contour.near_lines / contour.lines)
+              : "");
+}
+
 std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held) {
   const std::vector<PoseReading> readings = other_readings(T_camera_object);
   const auto meant = std::find_if(readings.begin(), readings.end(),

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "holdfast/frame_result.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
 
@@ -22,6 +23,9 @@ std::vector<PoseReading> other_readings(const Pose& T_camera_object);
 
 /// Throws Error(pose), with what may have been meant, where the object is not in front of the camera.
 void require_in_front(const Mesh& mesh, const Pose& T_camera_object);
+
+/// What is wrong where the first frame is lost and no other reading of the pose finds the object.
+std::string lost_start(const FrameResult& first);
 
 /// Where the first frame is lost under the pose given: the first other reading under which `is_held` finds the object.
 std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "holdfast/export.hpp"
+#include "holdfast/renderer_choice.hpp"
 
 /// OpenCL's handles, declared so that no OpenCL header is needed here.
 struct _cl_context;
@@ -43,6 +44,7 @@ struct DeviceOptions {
   /// Folder of compiled kernels; empty: HOLDFAST_CACHE_DIR, else XDG_CACHE_HOME/holdfast, else ~/.cache/holdfast. A
   /// folder that cannot be written costs compiling again, nothing else.
   std::filesystem::path cache_folder;
+  RendererChoice renderer = RendererChoice::automatic;  ///< of trackers on this device
 };
 
 /// The folder where PoCL keeps what it compiles (POCL_CACHE_DIR, else below XDG_CACHE_HOME or HOME), where that cannot

@@ -15,7 +15,7 @@ enum class ErrorCode {
   pose,              ///< a pose is no rigid motion, or puts the object where it cannot be seen
   image,             ///< a frame has the wrong size, format or memory
   device,            ///< no OpenCL device, or a call to it failed
-  renderer,          ///< OSMesa cannot be loaded or does not render
+  renderer,          ///< OpenGL (OSMesa, EGL) cannot be loaded or does not render
   file,              ///< an input file is missing or cannot be read
   output,            ///< a file cannot be written
 };

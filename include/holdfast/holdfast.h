@@ -31,7 +31,7 @@ typedef enum holdfast_code {
   HOLDFAST_POSE = 4,             /**< a pose is no rigid motion, or puts the object where it cannot be seen */
   HOLDFAST_IMAGE = 5,            /**< a frame has the wrong size, format or memory */
   HOLDFAST_DEVICE = 6,           /**< there is no OpenCL device, or a call to it failed */
-  HOLDFAST_RENDERER = 7,         /**< OSMesa cannot be loaded or does not render */
+  HOLDFAST_RENDERER = 7,         /**< OpenGL (OSMesa, EGL) cannot be loaded or does not render */
   HOLDFAST_FILE = 8,             /**< an input file is missing or cannot be read */
   HOLDFAST_OUTPUT = 9,           /**< a file cannot be written */
   HOLDFAST_UNEXPECTED = 10       /**< a defect, or no memory */

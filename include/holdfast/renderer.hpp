@@ -10,6 +10,7 @@
 #include "holdfast/image_view.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
+#include "holdfast/renderer_choice.hpp"
 
 namespace holdfast {
 
@@ -39,14 +40,15 @@ struct RendererOptions {
   bool lit = false;           ///< set_shading() is going to be used: shaders for it are made at once
   bool silhouettes = false;   ///< depth alone is going to be asked for: drawn of the shape, at twice the deviation
   bool light_texels = false;  ///< set_light_texels() is going to be used: textures for it are made too
+  RendererChoice choice = RendererChoice::automatic;
 };
 
-/// Draws one mesh with OSMesa (loaded at run time), headless. One OSMesa context each; an object may be used from one
-/// thread at a time, any thread.
+/// Draws one mesh with OSMesa or EGL (loaded at run time), without a screen. One OpenGL context each; an object may be
+/// used from one thread at a time, any thread. A context of the caller's that is current by EGL stays so.
 class HOLDFAST_EXPORT Renderer {
  public:
   /// `max_width` x `max_height`: the largest region that render() will be asked for, pixels.
-  /// Throws Error(renderer) when OSMesa is missing or does not draw, Error(model) for a mesh that cannot be drawn,
+  /// Throws Error(renderer) when neither is there or it does not draw, Error(model) for a mesh that cannot be drawn,
   /// Error(invalid_argument) for a size or an option out of range.
   Renderer(const Mesh& mesh, int max_width, int max_height, const RendererOptions& options = {});
   ~Renderer();
@@ -58,12 +60,12 @@ class HOLDFAST_EXPORT Renderer {
   /// nearest between them (docs/math.md).
   /// Returns the depth range of this view. When the object is not in front of the camera nothing is drawn.
   /// Throws Error(invalid_argument) for a region that is empty, larger than the maximum or wider than the stride,
-  /// Error(pose) for a pose that is not finite, Error(renderer) when OSMesa fails.
+  /// Error(pose) for a pose that is not finite, Error(renderer) when OpenGL fails.
   DepthRange render(const Pose& T_camera_object, const Camera& camera, const Rect& roi, const RenderTarget& target);
 
   /// Replaces the texture of a material (same or another size) without touching the mesh.
   /// Throws Error(invalid_argument) for an index out of range, a texture whose size and bytes do not match or a mesh
-  /// without texture coordinates, Error(model) for a texture larger than OSMesa takes.
+  /// without texture coordinates, Error(model) for a texture larger than OpenGL takes.
   void set_texture(std::size_t material, const Texture& texture);
 
   /// What a distant light adds: surface with the unit normal n (camera axes, towards the camera) is drawn
@@ -76,8 +78,10 @@ class HOLDFAST_EXPORT Renderer {
   /// dark texels lie elsewhere then. Throws Error(invalid_argument) when the option light_texels was not given.
   void set_light_texels(bool light);
 
-  /// GL_RENDERER, GL_VERSION of the context, for reports.
+  /// "OSMesa" or "EGL", GL_RENDERER, GL_VERSION of the context, for reports.
   std::string description() const;
+  /// Why it is this one: "the first choice", "asked for", or what was wrong with the first choice.
+  std::string reason() const;
 
  private:
   struct Impl;

@@ -217,6 +217,7 @@ void Device::Impl::enqueue_tiles(const cl::Kernel& kernel, int tiles_x, int tile
 }
 
 Device::Device(const DeviceOptions& options) : impl_(std::make_shared<Impl>()) {
+  impl_->renderer = options.renderer;
   auto candidates = enumerate();
   const std::size_t chosen = choose(candidates, options.device);
   impl_->device = candidates[chosen].device;
@@ -230,6 +231,7 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_shared<Impl>()) {
 
 Device::Device(_cl_context* context, _cl_command_queue* queue, const DeviceOptions& options)
     : impl_(std::make_shared<Impl>()) {
+  impl_->renderer = options.renderer;
   if (context == nullptr || queue == nullptr) {
     throw Error(ErrorCode::invalid_argument, "Device: the OpenCL context and the command queue must not be null");
   }

@@ -18,6 +18,7 @@ struct Device::Impl {
   cl::CommandQueue queue;
   std::shared_future<cl::Program> program;  ///< being loaded, or compiled, beside what else is prepared
   DeviceInfo info;
+  RendererChoice renderer = RendererChoice::automatic;
   bool strips = true;  ///< partition: one work-item a row or tile (CPU devices)
 
   /// Waits for the program. Throws Error(device) with the compiler's log when it does not compile.

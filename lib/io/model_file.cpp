@@ -228,17 +228,21 @@ std::string lower_extension(const fs::path& path) {
 }
 
 /// Notes what an importer opens.
-class NotedFiles : public Assimp::DefaultIOSystem {
+class NotedFiles : public Assimp::IOSystem {
  public:
   explicit NotedFiles(std::vector<fs::path>& opened) : opened_(opened) {}
 
+  bool Exists(const char* file) const override { return files_.Exists(file); }
+  char getOsSeparator() const override { return files_.getOsSeparator(); }
+  void Close(Assimp::IOStream* stream) override { files_.Close(stream); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
-    Assimp::IOStream* stream = DefaultIOSystem::Open(file, mode);
+    Assimp::IOStream* stream = files_.Open(file, mode);
     if (stream != nullptr && std::find(opened_.begin(), opened_.end(), file) == opened_.end()) opened_.push_back(file);
     return stream;
   }
 
  private:
+  Assimp::DefaultIOSystem files_;  // final in assimp 6
   std::vector<fs::path>& opened_;
 };
 

@@ -12,14 +12,15 @@
 
 namespace holdfast {
 
-std::string describe(const GlFunctions& gl) {
+std::string describe(const GlContext& context) {
+  const GlFunctions& gl = context.gl();
   const auto* renderer = reinterpret_cast<const char*>(gl.get_string(GL_RENDERER));
   const auto* version = reinterpret_cast<const char*>(gl.get_string(GL_VERSION));
   if (renderer == nullptr || version == nullptr) {
     fail_rendering(ErrorCode::renderer,
-                   "OpenGL calls do not reach OSMesa (no GL_RENDERER); reinstall the package libosmesa6");
+                   std::string("OpenGL calls do not reach ") + context.name() + " (no GL_RENDERER); reinstall it");
   }
-  return std::string(renderer) + ", OpenGL " + version;
+  return std::string(context.name()) + ": " + renderer + ", OpenGL " + version;
 }
 
 void check_errors(const GlFunctions& gl, const std::string& description, const char* action) {
@@ -55,8 +56,8 @@ void check_drawing(const GlFunctions& gl, const std::string& description, GlFram
   const bool empty = rgba.back() == 0 && depth.back() == 1.0F;
   if (!drawn || !empty) {
     fail_rendering(ErrorCode::renderer,
-                   "OSMesa does not draw (a test triangle did not come out; renderer: " + description +
-                       "); another OpenGL library may be in its way, reinstall the package libosmesa6");
+                   "OpenGL does not draw (a test triangle did not come out; renderer: " + description +
+                       "); another OpenGL library may be in its way, or try the other renderer (osmesa, egl)");
   }
 }
 

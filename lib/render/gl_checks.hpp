@@ -2,14 +2,15 @@
 
 #include <string>
 
+#include "render/gl_context.hpp"
 #include "render/gl_framebuffers.hpp"
 #include "render/gl_functions.hpp"
 #include "render/gl_programs.hpp"
 
 namespace holdfast {
 
-/// GL_RENDERER, GL_VERSION of the current context. Throws Error(renderer) when calls do not reach it.
-std::string describe(const GlFunctions& gl);
+/// Name, GL_RENDERER, GL_VERSION of the context, which is current. Throws Error(renderer) when calls do not reach it.
+std::string describe(const GlContext& context);
 
 /// Throws Error(renderer) when a call has failed since errors were last looked for. `description`: describe()'s.
 void check_errors(const GlFunctions& gl, const std::string& description, const char* action);

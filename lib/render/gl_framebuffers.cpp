@@ -58,9 +58,9 @@ void GlFramebuffers::bind(int width, int height) {
   attach(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT32F);
   if (gl_.check_framebuffer_status(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
     framebuffer = 0;
-    fail_rendering(ErrorCode::renderer, "OSMesa cannot make a framebuffer of " +
+    fail_rendering(ErrorCode::renderer, "OpenGL cannot make a framebuffer of " +
                                             size_text(widths_[column], heights_[row]) +
-                                            " pixels with float depth; install libosmesa6 with the llvmpipe driver");
+                                            " pixels with float depth; install libosmesa6, or another driver");
   }
 }
 

@@ -13,7 +13,7 @@ class GlFramebuffers {
  public:
   static constexpr int kSmallest = 64;  ///< sides of the smallest, pixels
 
-  /// For regions up to this size. Throws Error(invalid_argument) when OSMesa does not take it.
+  /// For regions up to this size. Throws Error(invalid_argument) when OpenGL does not take it.
   GlFramebuffers(const GlFunctions& gl, int max_width, int max_height);
 
   int max_width() const { return widths_.back(); }

@@ -20,8 +20,8 @@ GLuint compile(const GlFunctions& gl, GLenum kind, const char* file, const std::
   if (compiled != GL_TRUE) {
     std::array<char, 512> log{};
     gl.get_shader_info_log(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    fail_rendering(ErrorCode::renderer, std::string("OSMesa does not compile ") + file + " (" + variant +
-                                            "): " + log.data() + "; install libosmesa6 of Mesa 12 or later");
+    fail_rendering(ErrorCode::renderer, std::string("OpenGL does not compile ") + file + " (" + variant +
+                                            "): " + log.data() + "; install libosmesa6, or a newer driver");
   }
   return shader;
 }
@@ -41,8 +41,8 @@ Program link(const GlFunctions& gl, const std::string& variant) {
   if (linked != GL_TRUE) {
     std::array<char, 512> log{};
     gl.get_program_info_log(program.name, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    fail_rendering(ErrorCode::renderer, std::string("OSMesa does not link the shaders (") + variant +
-                                            "): " + log.data() + "; install libosmesa6 of Mesa 12 or later");
+    fail_rendering(ErrorCode::renderer, std::string("OpenGL does not link the shaders (") + variant +
+                                            "): " + log.data() + "; install libosmesa6, or a newer driver");
   }
   program.clip_from_object = gl.get_uniform_location(program.name, "clip_from_object");
   program.camera_from_object = gl.get_uniform_location(program.name, "camera_from_object");

@@ -83,7 +83,7 @@ void GlTextures::upload_texture(std::size_t material, const Texture& texture) {
   }
   if (texture.width > max_size_ || texture.height > max_size_) {
     fail_rendering(ErrorCode::model, "the texture of material " + std::to_string(material) + " is " +
-                                         size_text(texture.width, texture.height) + " pixels, OSMesa takes at most " +
+                                         size_text(texture.width, texture.height) + " pixels, OpenGL takes at most " +
                                          std::to_string(max_size_) + "; make it smaller");
   }
   upload_levels(state.texture, texture, texture_levels(texture), state.repeat);
@@ -99,7 +99,7 @@ void GlTextures::upload_light(std::size_t material, const Texture& texture, cons
 
 void GlTextures::check_room(std::size_t material, const Texture& texture) const {
   if (gl_.get_error() == GL_NO_ERROR) return;
-  fail_rendering(ErrorCode::model, "OSMesa has no room for the texture of material " + std::to_string(material) + " (" +
+  fail_rendering(ErrorCode::model, "OpenGL has no room for the texture of material " + std::to_string(material) + " (" +
                                        size_text(texture.width, texture.height) + " pixels); make it smaller");
 }
 

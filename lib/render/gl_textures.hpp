@@ -31,7 +31,7 @@ class GlTextures {
   /// while upload() sends the textures as they are.
   std::vector<LightTexture> light_textures(const Mesh& mesh) const;
   /// The mesh's textures become the materials', `light` once it is there. Throws Error(model) for one larger than
-  /// OSMesa takes.
+  /// OpenGL takes.
   void upload(const Mesh& mesh, std::future<std::vector<LightTexture>> light);
 
   /// The texture becomes the material's; empty: it has none. Throws Error(invalid_argument) for one that it cannot be

@@ -24,9 +24,10 @@ struct MeshLevel {
 
 /// Ever coarser levels, each of about 0.7 times the triangles of the one before, up to a deviation of a fiftieth of the
 /// mesh's radius. Neighbouring vertices become one where that costs least, in the order of what it costs (quadrics of
-/// Garland and Heckbert, 1997, with the texture's of Hoppe, 1999). Borders stay as they are, so no gap opens; so do,
-/// where levels keep the appearance, texture seams and borders of materials. None for few triangles, nor, of the
-/// appearance, for vertex colours, which vertices carry.
+/// Garland and Heckbert, 1997, with the texture's of Hoppe, 1999); of very many triangles nearest neighbours do first,
+/// in that order by and large. Borders stay as they are, so no gap opens; so do, where levels keep the appearance,
+/// texture seams and borders of materials. None for few triangles, nor, of the appearance, for vertex colours, which
+/// vertices carry.
 std::vector<MeshLevel> mesh_levels(const Mesh& mesh, MeshAspect aspect);
 
 }  // namespace holdfast

@@ -121,10 +121,10 @@ struct Renderer::Impl {
 
 std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_width, int max_height,
                                                      const RendererOptions& options) {
-  std::unique_ptr<GlContext> context = create_gl_context();
+  std::unique_ptr<GlContext> context = create_gl_context(options.choice);
   const GlFunctions& gl = context->gl();
   const CurrentGlContext current(*context);
-  std::string description = describe(gl);
+  std::string description = describe(*context);
   GlFramebuffers framebuffers(gl, max_width, max_height);
   check(options);
 
@@ -317,5 +317,6 @@ void Renderer::set_light_texels(bool light) {
 }
 
 std::string Renderer::description() const { return impl_->description; }
+std::string Renderer::reason() const { return impl_->context->reason(); }
 
 }  // namespace holdfast

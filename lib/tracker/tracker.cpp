@@ -22,11 +22,12 @@ const Mesh& validated(const Mesh& mesh, const TrackerOptions& options) {
 }
 
 /// Made first of all, while the device may still be loading its kernels.
-Renderer renderer_for(const Mesh& mesh, const Camera& camera, const TrackerOptions& options) {
+Renderer renderer_for(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device) {
   const Tuning tuning = tuning_of(options);
   camera.validate();
-  return view_renderer(validated(mesh, options), make_levels(camera, tuning.levels),
-                       {tuning.texture_samples, tuning.mesh_deviation, tuning.shading, tuning.contour, true});
+  return view_renderer(
+      validated(mesh, options), make_levels(camera, tuning.levels),
+      {tuning.texture_samples, tuning.mesh_deviation, tuning.shading, tuning.contour, true, device.impl().renderer});
 }
 
 }  // namespace
@@ -35,7 +36,8 @@ struct Tracker::Impl {
   Impl(const Mesh& mesh, const Camera& camera, const TrackerOptions& tracker_options, const Device& on_device)
       : options(tracker_options),
         device(on_device),
-        pipeline(mesh, camera, tuning_of(tracker_options), on_device, renderer_for(mesh, camera, tracker_options)) {}
+        pipeline(mesh, camera, tuning_of(tracker_options), on_device,
+                 renderer_for(mesh, camera, tracker_options, on_device)) {}
 
   /// Calls use(upload) with the frame, which is read only until this returns, however it ends.
   template <typename Frame, typename Use>

@@ -37,6 +37,7 @@ from ._core import (
     RecordedSequence,
     RenderedView,
     Renderer,
+    RendererChoice,
     SimulatedFrame,
     Simulation,
     StageTimes,

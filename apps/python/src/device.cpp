@@ -17,6 +17,10 @@ void bind_device(nb::module_& module) {
       .value("automatic", Partition::automatic, "strips on CPUs that have vector registers, groups elsewhere.")
       .value("strips", Partition::strips, "One work-item a tile, wide vectors: for CPUs.")
       .value("groups", Partition::groups, "One work-group a tile: for GPUs.");
+  nb::enum_<RendererChoice>(module, "RendererChoice", "Which OpenGL draws the model.")
+      .value("automatic", RendererChoice::automatic, "OSMesa, else EGL.")
+      .value("osmesa", RendererChoice::osmesa)
+      .value("egl", RendererChoice::egl);
   nb::class_<DeviceInfo>(module, "DeviceInfo", "What an OpenCL device is.")
       .def_ro("platform", &DeviceInfo::platform)
       .def_ro("name", &DeviceInfo::name)
@@ -37,11 +41,13 @@ void bind_device(nb::module_& module) {
                      "trackers in different threads are faster with one each.")
       .def(
           "__init__",
-          [](Device* self, const std::string& device, Partition partition, const std::filesystem::path& cache_folder) {
+          [](Device* self, const std::string& device, Partition partition, const std::filesystem::path& cache_folder,
+             RendererChoice renderer) {
             const nb::gil_scoped_release unlocked;
-            new (self) Device(DeviceOptions{device, partition, cache_folder});
+            new (self) Device(DeviceOptions{device, partition, cache_folder, renderer});
           },
           nb::arg("device") = "", nb::arg("partition") = Partition::automatic, nb::arg("cache_folder") = "",
+          nb::arg("renderer") = RendererChoice::automatic,
           "device: 'cpu', 'gpu', 'P:D' (platform and device index) or a part of a name; '': HOLDFAST_DEVICE, else a "
           "CPU. "
           "cache_folder: of compiled kernels; '': HOLDFAST_CACHE_DIR, else ~/.cache/holdfast.")

@@ -16,7 +16,7 @@ void bind_error(nb::module_& module) {
       .value("pose", ErrorCode::pose, "A pose is no rigid motion, or puts the object where it cannot be seen.")
       .value("image", ErrorCode::image, "A frame has the wrong size, format or memory.")
       .value("device", ErrorCode::device, "There is no OpenCL device, or a call to it failed.")
-      .value("renderer", ErrorCode::renderer, "OSMesa cannot be loaded or does not render.")
+      .value("renderer", ErrorCode::renderer, "OpenGL (OSMesa, EGL) cannot be loaded or does not render.")
       .value("file", ErrorCode::file, "An input file is missing or cannot be read.")
       .value("output", ErrorCode::output, "A file cannot be written.");
 
