@@ -130,8 +130,10 @@ Camera CameraArguments::load(int frame_width, int frame_height) const {
 
 const char* lens_name(LensModel lens) { return lens == LensModel::fisheye ? "fisheye" : "polynomial"; }
 
-void InitPoseArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--init", path, "First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')")
+void InitPoseArguments::add_to(CLI::App& app, bool required, const char* without) {
+  app.add_option(
+         "--init", path,
+         std::string("First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')") + without)
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);

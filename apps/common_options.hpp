@@ -50,7 +50,8 @@ const char* lens_name(LensModel lens);
 struct InitPoseArguments {
   std::filesystem::path path;
 
-  void add_to(CLI::App& app, bool required = true);
+  /// `without`: what happens when it is not given.
+  void add_to(CLI::App& app, bool required = true, const char* without = "");
   /// Throws Error(file, pose).
   Pose load() const;
 };

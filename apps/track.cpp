@@ -30,6 +30,7 @@
 #include "separate_files.hpp"
 #include "slow_notice.hpp"
 #include "track/interruption.hpp"
+#include "track/object_search.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
 #include "track/pose_hint.hpp"
@@ -51,6 +52,7 @@ struct TrackCommand {
   ModelArguments model;
   CameraArguments camera;
   InitPoseArguments init;
+  fs::path views;
   DeviceArguments device;
   TrackerArguments tracker;
   std::int64_t start = 0;
@@ -69,6 +71,7 @@ struct TrackCommand {
 
  private:
   FrameSourceOptions source_options() const;
+  ObjectSearch::Propose feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const;
   std::string run_json(const Tracker& used) const;
 };
 
@@ -80,7 +83,13 @@ void TrackCommand::add_to(CLI::App& command) {
       ->type_name("INPUT");
   model.add_to(command);
   camera.add_to(command);
-  init.add_to(command);
+  init.add_to(command, false, "; without it a textured object is looked for in each frame until it is found");
+  command
+      .add_option("--views", views,
+                  "What the model looks like from all sides: read, or made and written where there is no such file yet "
+                  "[kept in the cache folder]")
+      ->type_name("FILE")
+      ->group("Object and camera");
 
   constexpr const char* frames_group = "Frames";
   command.add_option("--start", start, "First frame tracked, the one that --init is the pose in [0]")
@@ -157,7 +166,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
         {"cy", seen_by.cy},
         {"lens", lens_name(seen_by.lens)},
         {"distortion", seen_by.distortion}}},
-      {"init", init.path.string()},
+      {"init", init.path.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(init.path.string())},
       {"mode", tracker.mode_name()},
       {"options", given},
       {"tracker", used.description()},
@@ -165,6 +174,29 @@ std::string TrackCommand::run_json(const Tracker& used) const {
       {"information_convention",
        "inverse covariance of (v, w) in T_true = T exp((v, w)): object axes, metres and radians"}};
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Finds the object by the features of its texture, which are made at once or when they are first wanted. A model that
+/// has none is then looked for in vain.
+ObjectSearch::Propose TrackCommand::feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by,
+                                                   bool at_once) const {
+  const auto make = [this, seen_by](const Mesh& shown) {
+    const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
+    return detection::Detector(kept_features(shown, views, device.options), seen_by);
+  };
+  const auto detector = std::make_shared<std::optional<detection::Detector>>();
+  if (at_once) *detector = make(*mesh);
+  return [=](const ImageView& frame) mutable -> std::vector<detection::PoseCandidate> {
+    if (mesh && !*detector) {
+      try {
+        *detector = make(*mesh);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::model) throw;
+      }
+      mesh.reset();
+    }
+    return *detector ? (*detector)->detect(frame) : std::vector<detection::PoseCandidate>();
+  };
 }
 
 /// True where a frame shows the object near this pose.
@@ -180,7 +212,7 @@ bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageVie
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
   require_separate_files({outputs.given(), {}, {completed_model}},
-                         {{camera.path, init.path, config}, {input}, {model.path}});
+                         {{camera.path, init.path, views, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
     require_writable(completed_model);
@@ -189,7 +221,8 @@ int TrackCommand::run() const {
   FrameSource source(input, source_options());
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
-  const Pose T_camera_object = init.load();
+  std::optional<Pose> T_camera_object;
+  if (!init.path.empty()) T_camera_object = init.load();
   std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
   // The device is opened while the model is loaded; what is missing is said first, since compiling the kernels, which
   // drivers do once a machine, cannot be broken off.
@@ -200,19 +233,25 @@ int TrackCommand::run() const {
   Mesh mesh = model.load(completed_model.empty());
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   warn_about_units(mesh, T_camera_object, calibrated);
-  require_in_front(mesh, T_camera_object);
+  if (T_camera_object) require_in_front(mesh, *T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
   if (!completed_model.empty()) {
     baking::CompletionOptions completing;
     completing.textures.keep = true;
     source.next(first_frame.emplace());
-    completion.emplace(mesh, calibrated, first_frame->image, T_camera_object, completing);
+    completion.emplace(mesh, calibrated, first_frame->image, *T_camera_object, completing);
     mesh = completion->model();
   }
   Tracker follower(mesh, calibrated, options, opened.get());
-  follower.reset(T_camera_object);
+  if (T_camera_object) follower.reset(*T_camera_object);
   notice.reset();
+  // What is searched after a loss in a file may be made when it is first lost; a camera does not wait.
+  const bool recovers = options.recovery && options.quality != Quality::paper && !completion && mesh.has_appearance();
+  std::optional<ObjectSearch> search;
+  if (recovers || !T_camera_object) {
+    search.emplace(feature_search(std::make_shared<const Mesh>(mesh), calibrated, !T_camera_object || source.live()));
+  }
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
@@ -221,6 +260,8 @@ int TrackCommand::run() const {
 
   mesh = Mesh();  // its textures are not needed any more
 
+  if (!T_camera_object && !quiet) print_note("no first pose is given: looking for the object in each frame");
+  bool started = T_camera_object.has_value();
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
@@ -238,12 +279,21 @@ int TrackCommand::run() const {
   parts.track = [&](TrackedFrame& tracked) {
     const ImageView view = tracker_view(tracked.frame.image, grey);
     const double time_s = tracked.frame.time_s;
+    if (!started) {
+      tracked.result = search->start(follower, view, time_s);
+      started = tracked.located = tracked.result.status == Status::held;
+      if (started && !quiet) print_note(fmt::format("found in frame {}", tracked.frame.index));
+      if (tracked.pictured) tracked.mask = started ? follower.pixel_mask() : PixelMask();
+      return;
+    }
+    tracked.located = true;
     tracked.result = follower.track(view, time_s);
     if (tracked.ordinal == 0 && tracked.result.status == Status::lost && !completion) {
-      warn_if(pose_hint(T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view); }));
-      follower.reset(T_camera_object);
+      warn_if(pose_hint(*T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view); }));
+      follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }
+    if (recovers) search->follow(follower, view, time_s, tracked.result);
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
     }
@@ -304,6 +354,13 @@ int TrackCommand::run() const {
     print_error(*early);
     return kInput;
   }
+  if (!started) {
+    print_error(
+        fmt::format("the object was not found in any of {} frames: is it the model that they show, with the "
+                    "texture that it has there? A first pose (--init) needs no search",
+                    summary.frames));
+    return kLost;
+  }
   return require_held && summary.lost > 0 ? kLost : kOk;
 }
 
@@ -314,6 +371,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
+    refuse_without(*command, {"--complete-model"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
     track->config = config_file(*command);
     track->given = command->config_to_str();

@@ -21,7 +21,7 @@ add_test(NAME consumer_cmake COMMAND ${SHELL_PROGRAM} ${consumer}/with_cmake.sh
 add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_config.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_pkg_config ${CMAKE_CXX_COMPILER})
 set_tests_properties(installed_program consumer_cmake consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
-foreach(library holdfast holdfast_io)
+foreach(library holdfast holdfast_io holdfast_detection)
   file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/objects/${library}
     CONTENT "$<JOIN:$<TARGET_OBJECTS:${library}>,\n>\n")
 endforeach()

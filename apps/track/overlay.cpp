@@ -96,6 +96,7 @@ void Overlay::undistort(const cv::Mat& image) {
 }
 
 void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
+  if (!tracked.located) return;
   const auto fixed_point = [this](const Eigen::Vector2d& pixel) {
     const Eigen::Vector2d scaled = (((pixel.array() + 0.5) * scale_ - 0.5) * (1 << kSubpixelBits)).round();
     return cv::Point(static_cast<int>(scaled.x()), static_cast<int>(scaled.y()));
@@ -113,8 +114,13 @@ void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
 void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
   cv::cvtColor(panel_, grey_, cv::COLOR_BGR2GRAY);
   cv::cvtColor(grey_, grey_bgr_, cv::COLOR_GRAY2BGR);
-  const cv::Mat given(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.classes.data()));
-  cv::resize(given, classes_, panel_size_, 0, 0, cv::INTER_NEAREST);
+  if (mask.classes.empty()) {  // nothing was looked at
+    classes_.create(panel_size_, CV_8U);
+    classes_.setTo(0);
+  } else {
+    const cv::Mat given(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.classes.data()));
+    cv::resize(given, classes_, panel_size_, 0, 0, cv::INTER_NEAREST);
+  }
   for (int y = 0; y < panel.rows; ++y) {
     const std::uint8_t* classes = classes_.ptr<std::uint8_t>(y);
     const cv::Vec3b* grey = grey_bgr_.ptr<cv::Vec3b>(y);

@@ -1,0 +1,213 @@
+// `holdfast track` without a first pose: found, found in vain, found again, views on disk.
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "exit_codes.hpp"
+#include "holdfast/io.hpp"
+#include "simulation/sequence.hpp"
+#include "simulation/textured_box.hpp"
+#include "support/files.hpp"
+#include "support/paper_box.hpp"
+#include "support/run_program.hpp"
+#include "support/simulated.hpp"
+
+namespace fs = std::filesystem;
+using namespace holdfast;
+using namespace holdfast::app;
+using namespace holdfast::test;
+
+namespace {
+
+struct Row {
+  std::string status;
+  Pose T_camera_object = Pose::Identity();
+};
+
+std::vector<Row> rows_of(const fs::path& csv) {
+  std::ifstream file(csv);
+  std::vector<Row> rows;
+  std::string line;
+  std::getline(file, line);
+  while (std::getline(file, line)) {
+    std::istringstream fields(line);
+    std::vector<std::string> words;
+    for (std::string word; words.size() < 10 && std::getline(fields, word, ',');) words.push_back(word);
+    REQUIRE(words.size() == 10);
+    const auto number = [&](std::size_t i) { return std::stod(words[i]); };
+    Row row;
+    row.status = words[2];
+    row.T_camera_object.translation() << number(3), number(4), number(5);
+    row.T_camera_object.linear() =
+        Eigen::Quaterniond(number(9), number(6), number(7), number(8)).normalized().toRotationMatrix();
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Five frames of the box, six of anything else, ten of the box turned round and elsewhere.
+class Scene {
+ public:
+  static constexpr int kFirst = 5, kAway = 6, kBack = 10;
+
+  Scene() {
+    const Mesh mesh = simulation::textured_box();
+    simulation::SequenceOptions options = noisy_box(kFirst + kBack, 5, 0.5, 0.9);
+    Pose T = Pose::Identity();
+    T.linear() = simulation::MotionOptions::default_orientation();
+    T.translation() << 0.03, 0.02, 0.7;
+    Pose T_back = T;
+    T_back.linear() = T.linear() * Eigen::AngleAxisd(2.4, Eigen::Vector3d(0.1, 1, 0.2).normalized());
+    T_back.translation() << -0.1, -0.05, 0.65;
+    for (int i = 0; i < kFirst + kBack; ++i) {
+      Pose pose = i < kFirst ? T : T_back;
+      pose.translation().x() += 0.003 * i;
+      poses.push_back(pose);
+    }
+    options.motion.T_camera_object = poses;
+    const simulation::Sequence sequence(mesh, options);
+    fs::create_directory(folder / "frames");
+    fs::create_directory(folder / "empty");
+    const cv::Mat away = clutter(options.camera);
+    int number = 0;
+    const auto write = [&](const char* name, const cv::Mat& frame) {
+      std::string digits = std::to_string(number);
+      cv::imwrite((folder / name / (digits + ".png")).string(), frame);
+    };
+    for (int i = 0; i < kFirst + kBack; ++i) {
+      if (i == kFirst) {
+        for (int k = 0; k < kAway; ++k, ++number) {
+          write("frames", away);
+          write("empty", away);
+        }
+      }
+      write("frames", sequence.frame(i));
+      ++number;
+    }
+    io::save_model(folder / "box.obj", mesh);
+    io::save_camera(folder / "camera.yml", options.camera);
+    io::save_pose(folder / "first.txt", poses[0]);
+    Mesh plain = mesh;
+    plain.materials.clear();
+    plain.texture_coordinates.clear();
+    io::save_model(folder / "plain.obj", plain);
+  }
+
+  ProgramRun track(const std::string& input, const std::string& model, Arguments more,
+                   const Environment& environment = {}) const {
+    Arguments arguments{"track", input, "--model", model, "--camera", "camera.yml"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_holdfast(arguments, folder, environment);
+  }
+
+  TemporaryFolder folder;
+  std::vector<Pose> poses;  ///< of the frames that show the box
+};
+
+const Scene& scene() {
+  static const Scene made;
+  return made;
+}
+
+void check_near(const Pose& T_true, const Pose& T) {
+  const PoseError error = pose_error(T_true, T);
+  CHECK(error.millimetres < 2);
+  CHECK(error.degrees < 1);
+}
+
+}  // namespace
+
+TEST_CASE("Without a first pose the box is found in the first frame, and found again after it turned round") {
+  const ProgramRun run = scene().track("frames", "box.obj", {"--poses", "poses.csv"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.find("looking for the object") != std::string::npos);
+  CHECK(run.err.find("found in frame 0") != std::string::npos);
+  const std::vector<Row> rows = rows_of(scene().folder / "poses.csv");
+  REQUIRE(rows.size() == Scene::kFirst + Scene::kAway + Scene::kBack);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    CAPTURE(i);
+    const bool away = i >= Scene::kFirst && i < Scene::kFirst + Scene::kAway;
+    if (away) {
+      CHECK(rows[i].status == "lost");
+    } else if (i < Scene::kFirst) {
+      CHECK(rows[i].status == "held");
+      check_near(scene().poses[i], rows[i].T_camera_object);
+    } else if (rows[i].status == "held") {
+      check_near(scene().poses[i - Scene::kAway], rows[i].T_camera_object);
+    }
+  }
+  for (std::size_t i = rows.size() - 6; i < rows.size(); ++i) CHECK(rows[i].status == "held");
+}
+
+TEST_CASE("With a first pose nothing is said, and the box is found again too") {
+  const ProgramRun run =
+      scene().track("frames", "box.obj", {"--init", "first.txt", "--poses", "given.csv", "--overlay", "given.mp4"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.empty());
+  const std::vector<Row> rows = rows_of(scene().folder / "given.csv");
+  for (std::size_t i = rows.size() - 6; i < rows.size(); ++i) {
+    CHECK(rows[i].status == "held");
+    check_near(scene().poses[i - Scene::kAway], rows[i].T_camera_object);
+  }
+  // No search, no finding: that it is the search that finds it, not the tracker's own.
+  CHECK(scene().track("frames", "box.obj", {"--init", "first.txt", "--poses", "none.csv", "--no-recovery"}).exit_code ==
+        kOk);
+  CHECK(rows_of(scene().folder / "none.csv").back().status == "lost");
+}
+
+TEST_CASE("A video that never shows the object ends as lost, after so many frames") {
+  const ProgramRun run = scene().track("empty", "box.obj", {"--poses", "empty.csv", "--overlay", "empty.mp4"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kLost);
+  CHECK(run.err.find("not found in any of 6 frames") != std::string::npos);
+  for (const Row& row : rows_of(scene().folder / "empty.csv")) CHECK(row.status == "lost");
+}
+
+TEST_CASE("A model without texture needs a first pose or a guide") {
+  check_error(scene().track("frames", "plain.obj", {}), kInput, {"neither texture nor vertex colours", "guide"});
+}
+
+TEST_CASE("Views are kept in the file that is named, which must be the model's and whole") {
+  const auto track = [](const std::string& views) {
+    return scene().track("frames", "box.obj", {"--stop", "2", "--quiet", "--views", views});
+  };
+  CHECK(track("box.views").exit_code == kOk);
+  const std::string whole = read_file(scene().folder / "box.views");
+  CHECK(whole.starts_with("holdfast features"));
+  CHECK(track("box.views").exit_code == kOk);
+  CHECK(read_file(scene().folder / "box.views") == whole);
+  scene().folder.write("half.views", whole.substr(0, whole.size() / 2));
+  check_error(track("half.views"), kInput, {"half.views", "damaged"});
+  check_error(track("box.obj"), kInput, {"box.obj", "no file of views"});
+  check_error(track("nowhere/box.views"), kOutput, {"nowhere/box.views"});
+}
+
+TEST_CASE("Views in the cache that are damaged are made again") {
+  fs::create_directory(scene().folder / "cache");
+  const Environment environment{{"HOLDFAST_CACHE_DIR", (scene().folder / "cache").string()}};
+  const auto kept = [] {
+    for (const auto& entry : fs::directory_iterator(scene().folder / "cache")) {
+      if (entry.path().extension() == ".views") return entry.path();
+    }
+    return fs::path();
+  };
+  CHECK(scene().track("frames", "box.obj", {"--stop", "1", "--quiet"}, environment).exit_code == kOk);
+  REQUIRE_FALSE(kept().empty());
+  const std::string whole = read_file(kept());
+  fs::resize_file(kept(), 1000);
+  CHECK(scene().track("frames", "box.obj", {"--stop", "1", "--quiet"}, environment).exit_code == kOk);
+  CHECK(read_file(kept()) == whole);
+}
+
+TEST_CASE("What needs a first pose says so") {
+  check_error(scene().track("frames", "box.obj", {"--complete-model", "out.obj"}), kUsage,
+              {"--complete-model", "--init"});
+}
