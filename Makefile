@@ -11,6 +11,7 @@
 #                 covariance: docs/robustness.md; each part switched off: docs/experiments.md; SEQUENCES=folder for
 #                 recorded sequences too, PARTS=starts,small for some of it
 # make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md
+# make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/recovery.md
 # make install    installs below PREFIX (/usr/local)
 # make wheel      installs what is missing, then builds the Python package as a wheel: out/wheel
@@ -29,7 +30,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery results test sanitize fuzz bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery results starts test sanitize fuzz bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -55,6 +56,11 @@ results:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
+
+starts:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/starts.py --program $(release)/apps/holdfast --sequences $(SEQUENCES) $(if $(PARTS),--parts $(PARTS))
 
 recovery:
 	@sh cmake/install-deps.sh build experiments

@@ -30,6 +30,7 @@
 #include "separate_files.hpp"
 #include "slow_notice.hpp"
 #include "track/interruption.hpp"
+#include "track/live_window.hpp"
 #include "track/object_search.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
@@ -39,6 +40,7 @@
 #include "track/run_summary.hpp"
 #include "video/frame_source.hpp"
 #include "video/tracker_view.hpp"
+#include "window/display.hpp"
 
 namespace holdfast {
 namespace {
@@ -52,6 +54,7 @@ struct TrackCommand {
   ModelArguments model;
   CameraArguments camera;
   InitPoseArguments init;
+  fs::path guide;
   fs::path views;
   DeviceArguments device;
   TrackerArguments tracker;
@@ -62,6 +65,7 @@ struct TrackCommand {
   OutputPaths outputs;
   fs::path completed_model;
   bool require_held = false;
+  bool show = false;
   bool quiet = false;
   fs::path config;
   std::string given;  ///< options, as a configuration file has them
@@ -71,7 +75,7 @@ struct TrackCommand {
 
  private:
   FrameSourceOptions source_options() const;
-  ObjectSearch::Propose feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const;
+  ProposePoses feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const;
   std::string run_json(const Tracker& used) const;
 };
 
@@ -84,6 +88,12 @@ void TrackCommand::add_to(CLI::App& command) {
   model.add_to(command);
   camera.add_to(command);
   init.add_to(command, false, "; without it a textured object is looked for in each frame until it is found");
+  command
+      .add_option("--guide", guide,
+                  "A pose about as the object will be held (to 20 degrees, a fifth of its distance, a quarter of the "
+                  "picture): it is waited for there; needs no texture")
+      ->type_name("FILE")
+      ->group("Object and camera");
   command
       .add_option("--views", views,
                   "What the model looks like from all sides: read, or made and written where there is no such file yet "
@@ -126,6 +136,12 @@ void TrackCommand::add_to(CLI::App& command) {
                   "Model (.obj) with the texture that the frames add where the given one has none; a model without any "
                   "texture begins with what the first frame shows")
       ->type_name("FILE")
+      ->group(output_group);
+  command
+      .add_flag(
+          "--show", show,
+          "A window with the contour, the axes and the status: space pauses, . goes on by a frame, c shows pixels "
+          "used and rejected, l looks for the object again, s saves the picture, q ends")
       ->group(output_group);
   command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
   command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
@@ -178,8 +194,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
 
 /// Finds the object by the features of its texture, which are made at once or when they are first wanted. A model that
 /// has none is then looked for in vain.
-ObjectSearch::Propose TrackCommand::feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by,
-                                                   bool at_once) const {
+ProposePoses TrackCommand::feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const {
   const auto make = [this, seen_by](const Mesh& shown) {
     const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
     return detection::Detector(kept_features(shown, views, device.options), seen_by);
@@ -212,11 +227,12 @@ bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageVie
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
   require_separate_files({outputs.given(), {}, {completed_model}},
-                         {{camera.path, init.path, views, config}, {input}, {model.path}});
+                         {{camera.path, init.path, guide, views, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
     require_writable(completed_model);
   }
+  if (show) require_display("--show", "run it where there is one, or leave it out");
   start_drivers();
   FrameSource source(input, source_options());
   warn_if(source.doubt());
@@ -246,11 +262,21 @@ int TrackCommand::run() const {
   Tracker follower(mesh, calibrated, options, opened.get());
   if (T_camera_object) follower.reset(*T_camera_object);
   notice.reset();
+  std::optional<StartSearch> start_search;
+  if (!guide.empty()) {
+    const Pose T_guide = io::load_pose(guide);
+    const auto detector = std::make_shared<const detection::GuideDetector>(mesh, calibrated, T_guide);
+    start_search.emplace([detector](const ImageView& frame) { return detector->detect(frame); }, T_guide);
+  }
   // What is searched after a loss in a file may be made when it is first lost; a camera does not wait.
   const bool recovers = options.recovery && options.quality != Quality::paper && !completion && mesh.has_appearance();
-  std::optional<ObjectSearch> search;
-  if (recovers || !T_camera_object) {
-    search.emplace(feature_search(std::make_shared<const Mesh>(mesh), calibrated, !T_camera_object || source.live()));
+  const bool recognizes = !T_camera_object && guide.empty();
+  std::optional<LossSearch> loss_search;
+  if (recovers || recognizes) {
+    const ProposePoses recognize =
+        feature_search(std::make_shared<const Mesh>(mesh), calibrated, recognizes || source.live());
+    if (!start_search) start_search.emplace(recognize, std::nullopt);
+    if (recovers) loss_search.emplace(recognize);
   }
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
@@ -258,10 +284,14 @@ int TrackCommand::run() const {
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
                  source.frame_count(), run_json(follower));
 
+  std::optional<LiveWindow> window;
+  if (show) window.emplace(mesh, calibrated, source.live() ? 0 : source.frame_rate() / static_cast<double>(stride));
   mesh = Mesh();  // its textures are not needed any more
 
-  if (!T_camera_object && !quiet) print_note("no first pose is given: looking for the object in each frame");
-  bool started = T_camera_object.has_value();
+  if (!T_camera_object && !quiet)
+    print_note(guide.empty() ? "no first pose is given: looking for the object in each frame"
+                             : "looking for the object near the guide in each frame");
+  bool started = T_camera_object.has_value(), ever_found = started;
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
@@ -275,13 +305,15 @@ int TrackCommand::run() const {
     }
     return source.next(frame);
   };
-  parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
-  parts.track = [&](TrackedFrame& tracked) {
+  parts.is_pictured = [&](std::int64_t ordinal) { return window || files.is_pictured(ordinal); };
+  const auto look = [&](TrackedFrame& tracked) {
     const ImageView view = tracker_view(tracked.frame.image, grey);
     const double time_s = tracked.frame.time_s;
     if (!started) {
-      tracked.result = search->start(follower, view, time_s);
-      started = tracked.located = tracked.result.status == Status::held;
+      tracked.result = start_search->look(follower, view, time_s);
+      started = start_search->found();
+      ever_found = ever_found || started;
+      tracked.located = tracked.result.T_camera_object.translation().z() > 0;
       if (started && !quiet) print_note(fmt::format("found in frame {}", tracked.frame.index));
       if (tracked.pictured) tracked.mask = started ? follower.pixel_mask() : PixelMask();
       return;
@@ -293,7 +325,7 @@ int TrackCommand::run() const {
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }
-    if (recovers) search->follow(follower, view, time_s, tracked.result);
+    if (loss_search) loss_search->look(follower, view, time_s, tracked.result);
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
     }
@@ -301,12 +333,21 @@ int TrackCommand::run() const {
       completion->update(follower, tracked.frame.image, tracked.result);
     }
   };
+  parts.track = [&](TrackedFrame& tracked) {
+    if (window && window->take_look_again() && start_search) {
+      start_search->begin();
+      started = false;
+    }
+    look(tracked);
+    if (window) window->update([&] { return interruption.requested(); });
+  };
   parts.write = [&](TrackedFrame& tracked) {
+    if (window) window->draw(tracked);
     files.write(tracked);
     figures.add(tracked);
     progress.update(tracked.ordinal + 1, tracked.result.status == Status::held);
   };
-  parts.is_interrupted = [&] { return interruption.requested(); };
+  parts.is_interrupted = [&] { return interruption.requested() || (window && window->quits()); };
   const PipelineReport report = run_pipeline(parts);
   progress.clear();
 
@@ -347,18 +388,18 @@ int TrackCommand::run() const {
   if (failure) {
     std::rethrow_exception(failure);
   }
-  if (report.interrupted) {
+  if (report.interrupted && !(window && window->quits())) {
     return kInterrupted;
   }
   if (early) {
     print_error(*early);
     return kInput;
   }
-  if (!started) {
-    print_error(
-        fmt::format("the object was not found in any of {} frames: is it the model that they show, with the "
-                    "texture that it has there? A first pose (--init) needs no search",
-                    summary.frames));
+  if (!ever_found) {
+    print_error(fmt::format(
+        "the object was not found in any of {} frames: is it the model that they show, {}? A first "
+        "pose (--init) needs no search",
+        summary.frames, guide.empty() ? "with the texture that it has there" : "held about as the guide has it"));
     return kLost;
   }
   return require_held && summary.lost > 0 ? kLost : kOk;
@@ -371,6 +412,7 @@ void add_track_command(CLI::App& app, int& exit_code) {
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
+    refuse_beside(*command, {"--guide"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--complete-model"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
     track->config = config_file(*command);

@@ -211,3 +211,44 @@ TEST_CASE("What needs a first pose says so") {
   check_error(scene().track("frames", "box.obj", {"--complete-model", "out.obj"}), kUsage,
               {"--complete-model", "--init"});
 }
+
+TEST_CASE("A guide starts a model without texture, once it was seen in three frames") {
+  Pose guide = scene().poses[0];
+  guide.linear() = Eigen::AngleAxisd(0.2, Eigen::Vector3d(0.2, 0.5, 0.6).normalized()) * guide.linear();
+  guide.translation() += Eigen::Vector3d(0.03, -0.02, 0.06);
+  io::save_pose(scene().folder / "guide.txt", guide);
+  const ProgramRun run =
+      scene().track("frames", "plain.obj", {"--guide", "guide.txt", "--stop", "5", "--poses", "guided.csv"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.find("near the guide") != std::string::npos);
+  CHECK(run.err.find("found in frame 2") != std::string::npos);
+  const std::vector<Row> rows = rows_of(scene().folder / "guided.csv");
+  REQUIRE(rows.size() == 5);
+  CHECK(rows[1].status == "lost");
+  for (std::size_t i = 2; i < 5; ++i) {
+    CHECK(rows[i].status == "held");
+    const PoseError error = pose_error(scene().poses[i], rows[i].T_camera_object);
+    CHECK(error.millimetres < 10);
+    CHECK(error.degrees < 5);
+  }
+}
+
+TEST_CASE("A guide waits, and what it waits for in vain is lost") {
+  io::save_pose(scene().folder / "there.txt", scene().poses[0]);
+  const ProgramRun run = scene().track("empty", "plain.obj", {"--guide", "there.txt", "--poses", "waiting.csv"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kLost);
+  CHECK(run.err.find("6 frames") != std::string::npos);
+  CHECK(run.err.find("as the guide has it") != std::string::npos);
+  // Until then the pose of a row is the guide's.
+  for (const Row& row : rows_of(scene().folder / "waiting.csv")) check_near(scene().poses[0], row.T_camera_object);
+}
+
+TEST_CASE("Guides that cannot be are refused") {
+  io::save_pose(scene().folder / "behind.txt", Pose(Eigen::Translation3d(0, 0, -1)));
+  check_error(scene().track("frames", "plain.obj", {"--guide", "behind.txt"}), kInput, {"guide", "behind the camera"});
+  check_error(scene().track("frames", "plain.obj", {"--guide", "none.txt"}), kInput, {"none.txt", "does not exist"});
+  check_error(scene().track("frames", "plain.obj", {"--guide", "first.txt", "--init", "first.txt"}), kUsage,
+              {"--guide", "--init"});
+}

@@ -257,3 +257,126 @@ TEST_CASE("A model that cannot be recognized is refused") {
   }
   CHECK_ERROR(ModelFeatures{blank}, ErrorCode::model, "next to no features");
 }
+
+namespace {
+
+/// Poses off by up to 18 degrees, 15 % of the distance and 50 pixels.
+Pose off_by_some(const Pose& T, const Camera& camera, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> share(-1, 1);
+  const Eigen::Vector3d axis = Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+  Pose result;
+  result.linear() = Eigen::AngleAxisd(18 / kDegrees * share(random), axis) * T.linear();
+  const double z = T.translation().z() * (1 + 0.15 * share(random)), way = M_PI * share(random);
+  result.translation() =
+      T.translation() * z / T.translation().z() + 50 * z / camera.fx * Eigen::Vector3d(std::cos(way), std::sin(way), 0);
+  return result;
+}
+
+const Mesh& plain_box() {
+  static const Mesh mesh = simulation::plain_box({0.2, 0.15, 0.08}, {190, 150, 100});
+  return mesh;
+}
+
+/// The same shape, of which the tracker knows no colour.
+const Mesh& bare_box() {
+  static const Mesh mesh = [] {
+    Mesh bare = plain_box();
+    bare.colors.clear();
+    bare.materials.clear();
+    bare.texture_coordinates.clear();
+    return bare;
+  }();
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("A box without texture is found near where a guide has it") {
+  const simulation::Sequence sequence(plain_box(), frames_at(any_poses(10, 21)));
+  std::mt19937 random(4);
+  Tracker tracker(bare_box(), sequence.camera());
+  int found = 0;
+  for (int i = 0; i < sequence.size(); ++i) {
+    CAPTURE(i);
+    const Pose T_true = sequence.pose(i);
+    const detection::GuideDetector guide(bare_box(), sequence.camera(), off_by_some(T_true, sequence.camera(), random));
+    const cv::Mat frame = sequence.frame(i);
+    const std::vector<PoseCandidate> candidates = guide.detect(view_of(frame));
+    REQUIRE_FALSE(candidates.empty());
+    for (const PoseCandidate& candidate : candidates) CHECK(candidate.score <= 1);
+    const auto result = detection::start_near(tracker, candidates, view_of(frame));
+    if (!result) continue;
+    CHECK(detection::is_seen(*result));
+    found += is_near(T_true, result->T_camera_object);
+  }
+  CHECK(found >= 9);
+}
+
+TEST_CASE("A guide finds nothing where the object is not") {
+  // Other boxes, printed ones, in other places than the guide has the plain one.
+  const simulation::Sequence sequence(box(), frames_at(any_poses(6, 23)));
+  const std::vector<Pose> guides = any_poses(6, 24);
+  Tracker tracker(bare_box(), sequence.camera());
+  for (int i = 0; i < sequence.size(); ++i) {
+    CAPTURE(i);
+    const detection::GuideDetector guide(bare_box(), sequence.camera(), guides[static_cast<std::size_t>(i)]);
+    const cv::Mat noise = clutter(sequence.camera());
+    CHECK_FALSE(detection::start_near(tracker, guide.detect(view_of(noise)), view_of(noise)));
+  }
+}
+
+TEST_CASE("A guide that cannot be is refused") {
+  const Camera camera{320, 240, 300, 300, 159.5, 119.5, {}};
+  Pose T = Pose::Identity();
+  T.translation() << 0, 0, -1;
+  CHECK_ERROR(detection::GuideDetector(box(), camera, T), ErrorCode::pose, "guide", "behind the camera");
+  T.translation() << 5, 0, 1;
+  CHECK_ERROR(detection::GuideDetector(box(), camera, T), ErrorCode::pose, "guide", "out of the picture");
+  T.linear() *= 2;
+  CHECK_ERROR(detection::GuideDetector(box(), camera, T), ErrorCode::pose, "rotation");
+}
+
+TEST_CASE("A guide's frames are undistorted") {
+  simulation::SequenceOptions options = frames_at(any_poses(3, 25));
+  options.camera.distortion = {-0.3, 0.1, 0.001, -0.001};
+  const simulation::Sequence sequence(plain_box(), options);
+  for (int i = 0; i < sequence.size(); ++i) {
+    CAPTURE(i);
+    const cv::Mat frame = sequence.frame(i);
+    const std::vector<PoseCandidate> candidates =
+        detection::GuideDetector(bare_box(), options.camera, sequence.pose(i)).detect(view_of(frame));
+    REQUIRE_FALSE(candidates.empty());
+    const Eigen::Vector2d p_true = options.camera.project(sequence.pose(i).translation());
+    CHECK((options.camera.project(candidates[0].T_camera_object.translation()) - p_true).norm() < 8);
+  }
+}
+
+TEST_CASE("The focal length is estimated from frames of the object, as well as it is said to be") {
+  for (const double focal : {450.0, 900.0}) {
+    CAPTURE(focal);
+    std::vector<Pose> poses = any_poses(10, 31);
+    for (Pose& T : poses) T.translation() *= focal / 600;
+    simulation::SequenceOptions options = frames_at(poses);
+    options.camera.fx = options.camera.fy = focal;
+    const simulation::Sequence sequence(box(), options);
+    detection::FocalEstimator estimator(box_features(), options.camera.width, options.camera.height);
+    CHECK_FALSE(estimator.estimate());
+    const cv::Mat away = clutter(options.camera);
+    CHECK_FALSE(estimator.add(view_of(away)));
+    int seen = 0;
+    for (int i = 0; i < sequence.size(); ++i) {
+      const cv::Mat frame = sequence.frame(i);
+      seen += estimator.add(view_of(frame));
+    }
+    CHECK(seen >= 8);
+    const std::optional<detection::FocalEstimate> estimate = estimator.estimate();
+    REQUIRE(estimate);
+    CAPTURE(estimate->focal);
+    CAPTURE(estimate->sigma);
+    CHECK(estimate->frames >= 8);
+    CHECK(std::abs(estimate->focal - focal) < 0.02 * focal);
+    CHECK(std::abs(estimate->focal - focal) < 3 * estimate->sigma);
+    CHECK(estimate->sigma < 0.03 * focal);
+  }
+}

@@ -11,6 +11,15 @@ namespace holdfast::app {
 namespace fs = std::filesystem;
 
 namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kSeenByGuide = 3;
+
+double milliseconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
 fs::path cache_folder(const DeviceOptions& options) {
   const auto variable = [](const char* name) -> fs::path {
     const char* value = std::getenv(name);
@@ -44,31 +53,45 @@ detection::ModelFeatures kept_features(const Mesh& mesh, const fs::path& views, 
   return made;
 }
 
-std::optional<FrameResult> ObjectSearch::look(Tracker& tracker, const ImageView& frame, double time_s) {
-  const auto begin = std::chrono::steady_clock::now();
-  std::optional<FrameResult> found = detection::start_at(tracker, propose_(frame), frame, time_s);
-  ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  return found;
+std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& frame, double time_s) {
+  if (!T_guide_) return detection::start_at(tracker, propose_(frame), frame, time_s);
+  if (seen_ > 0) {
+    const FrameResult result = tracker.track(frame, time_s);
+    if (detection::is_seen(result)) return result;
+  }
+  seen_ = 0;
+  return detection::start_near(tracker, propose_(frame), frame, time_s);
 }
 
-FrameResult ObjectSearch::start(Tracker& tracker, const ImageView& frame, double time_s) {
+FrameResult StartSearch::look(Tracker& tracker, const ImageView& frame, double time_s) {
+  const auto begin = Clock::now();
   FrameResult result;
   result.reason = Reason::out_of_view;
   result.message = "not found yet";
-  if (const auto found = look(tracker, frame, time_s)) result = *found;
-  result.ms.total = ms_;
+  if (T_guide_) result.T_camera_object = *T_guide_;
+  if (const auto found = find(tracker, frame, time_s)) {
+    result = *found;
+    found_ = !T_guide_ || ++seen_ == kSeenByGuide;
+    if (!found_) {
+      result.status = Status::lost;
+      result.reason = Reason::not_surely_found;
+      result.message = "seen, to be confirmed by the next frames";
+    }
+  }
+  result.ms.total = milliseconds_since(begin);
   return result;
 }
 
-void ObjectSearch::follow(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result) {
+void LossSearch::look(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result) {
   lost_ = result.status == Status::lost ? lost_ + 1 : 0;
   if (lost_ == 0 || lost_ % 2 != 0) return;
+  const auto begin = Clock::now();
   const double tracked_ms = result.ms.total;
-  if (const auto found = look(tracker, frame, time_s)) {
+  if (const auto found = detection::start_at(tracker, propose_(frame), frame, time_s)) {
     result = *found;
     lost_ = 0;
   }
-  result.ms.total = tracked_ms + ms_;
+  result.ms.total = tracked_ms + milliseconds_since(begin);
 }
 
 }  // namespace holdfast::app

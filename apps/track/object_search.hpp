@@ -17,25 +17,44 @@ namespace holdfast::app {
 detection::ModelFeatures kept_features(const Mesh& mesh, const std::filesystem::path& views,
                                        const DeviceOptions& options);
 
-/// Looks for an object that is not followed: until it is found for the first time in every frame, after a loss in every
-/// second one from the second on.
-class ObjectSearch {
+/// Proposes poses from which the tracker may start.
+using ProposePoses = std::function<std::vector<detection::PoseCandidate>(const ImageView& frame)>;
+
+/// Looks for an object that was never seen yet, in every frame until it is found.
+class StartSearch {
  public:
-  using Propose = std::function<std::vector<detection::PoseCandidate>(const ImageView& frame)>;
+  /// `T_guide`: what proposes is a guide, about as the object will be held: it must be seen in three frames in a row.
+  StartSearch(ProposePoses propose, const std::optional<Pose>& T_guide)
+      : propose_(std::move(propose)), T_guide_(T_guide) {}
 
-  /// Proposes poses from which the tracker may start.
-  explicit ObjectSearch(Propose propose) : propose_(std::move(propose)) {}
-
-  /// The frame's result: held, and the tracker goes on from there, or lost, not found yet.
-  FrameResult start(Tracker& tracker, const ImageView& frame, double time_s);
-  /// After the tracker has looked at a frame: where it has lost the object, `result` is what is found without it.
-  void follow(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result);
+  bool found() const { return found_; }
+  /// Forgets that it was found.
+  void begin() {
+    found_ = false;
+    seen_ = 0;
+  }
+  /// The frame's result: held, and the tracker goes on from there, or lost and not found yet.
+  FrameResult look(Tracker& tracker, const ImageView& frame, double time_s);
 
  private:
-  std::optional<FrameResult> look(Tracker& tracker, const ImageView& frame, double time_s);
+  std::optional<FrameResult> find(Tracker& tracker, const ImageView& frame, double time_s);
 
-  Propose propose_;
-  double ms_ = 0;          ///< that the last look took
+  ProposePoses propose_;
+  std::optional<Pose> T_guide_;
+  int seen_ = 0;  ///< frames in a row, by the guide
+  bool found_ = false;
+};
+
+/// Looks for an object that the tracker has lost, in every second frame, from the second on. What is held never waits.
+class LossSearch {
+ public:
+  explicit LossSearch(ProposePoses propose) : propose_(std::move(propose)) {}
+
+  /// After the tracker has looked at a frame: where it has lost the object, `result` is what is found without it.
+  void look(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result);
+
+ private:
+  ProposePoses propose_;
   std::int64_t lost_ = 0;  ///< frames in a row
 };
 
