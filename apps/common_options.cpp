@@ -104,9 +104,11 @@ Mesh ModelArguments::load(bool with_look) const {
   return mesh;
 }
 
-void CameraArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--camera", path,
-                 "Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, Kalibr, or 'fx fy cx cy'")
+void CameraArguments::add_to(CLI::App& app, bool required, const char* without) {
+  app.add_option(
+         "--camera", path,
+         std::string("Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, Kalibr, or 'fx fy cx cy'") +
+             without)
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);

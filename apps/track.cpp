@@ -38,6 +38,7 @@
 #include "track/progress.hpp"
 #include "track/run_files.hpp"
 #include "track/run_summary.hpp"
+#include "track/unknown_camera.hpp"
 #include "video/frame_source.hpp"
 #include "video/tracker_view.hpp"
 #include "window/display.hpp"
@@ -56,6 +57,7 @@ struct TrackCommand {
   InitPoseArguments init;
   fs::path guide;
   fs::path views;
+  fs::path camera_out;
   DeviceArguments device;
   TrackerArguments tracker;
   std::int64_t start = 0;
@@ -75,7 +77,8 @@ struct TrackCommand {
 
  private:
   FrameSourceOptions source_options() const;
-  ProposePoses feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const;
+  Camera camera_of(FrameSource& source, const Mesh& mesh) const;
+  Recognition recognition() const { return {views, device.options, quiet}; }
   std::string run_json(const Tracker& used) const;
 };
 
@@ -86,7 +89,10 @@ void TrackCommand::add_to(CLI::App& command) {
       ->required()
       ->type_name("INPUT");
   model.add_to(command);
-  camera.add_to(command);
+  camera.add_to(command, false, "; without it the focal length is estimated from a textured object");
+  command.add_option("--camera-out", camera_out, "The camera that was estimated, for --camera of the next run (.yml)")
+      ->type_name("FILE")
+      ->group("Object and camera");
   init.add_to(command, false, "; without it a textured object is looked for in each frame until it is found");
   command
       .add_option("--guide", guide,
@@ -157,6 +163,7 @@ FrameSourceOptions TrackCommand::source_options() const {
   options.stop = stop;
   options.stride = stride;
   options.frame_rate = frame_rate;
+  if (camera.path.empty()) return options;
   const Camera calibration = camera.load();
   options.live_width = calibration.width;
   options.live_height = calibration.height;
@@ -192,26 +199,19 @@ std::string TrackCommand::run_json(const Tracker& used) const {
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Finds the object by the features of its texture, which are made at once or when they are first wanted. A model that
-/// has none is then looked for in vain.
-ProposePoses TrackCommand::feature_search(std::shared_ptr<const Mesh> mesh, const Camera& seen_by, bool at_once) const {
-  const auto make = [this, seen_by](const Mesh& shown) {
-    const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
-    return detection::Detector(kept_features(shown, views, device.options), seen_by);
-  };
-  const auto detector = std::make_shared<std::optional<detection::Detector>>();
-  if (at_once) *detector = make(*mesh);
-  return [=](const ImageView& frame) mutable -> std::vector<detection::PoseCandidate> {
-    if (mesh && !*detector) {
-      try {
-        *detector = make(*mesh);
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::model) throw;
-      }
-      mesh.reset();
-    }
-    return *detector ? (*detector)->detect(frame) : std::vector<detection::PoseCandidate>();
-  };
+/// The camera that the file tells, or one whose focal length is estimated from the frames.
+Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
+  if (!camera.path.empty()) return camera.load(source.size().width, source.size().height);
+  if (!quiet) print_note("no camera is given: estimating its focal length from the object");
+  const detection::ModelFeatures features = recognition().features(mesh);
+  const EstimatedCamera estimated =
+      source.live() ? estimate_camera(features, source) : estimate_camera(features, input, source_options(), source);
+  print_warning(
+      fmt::format("the focal length is estimated: {:.1f} +- {:.1f} px, from {} frames; lens distortion is not "
+                  "known and taken as none",
+                  estimated.camera.fx, estimated.focal_sigma, estimated.frames));
+  if (!camera_out.empty()) io::save_camera(camera_out, estimated.camera);
+  return estimated.camera;
 }
 
 /// True where a frame shows the object near this pose.
@@ -226,7 +226,9 @@ bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageVie
 
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
-  require_separate_files({outputs.given(), {}, {completed_model}},
+  std::vector<fs::path> results = outputs.given();
+  if (!camera_out.empty()) results.push_back(camera_out);
+  require_separate_files({results, {}, {completed_model}},
                          {{camera.path, init.path, guide, views, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
@@ -236,7 +238,7 @@ int TrackCommand::run() const {
   start_drivers();
   FrameSource source(input, source_options());
   warn_if(source.doubt());
-  const Camera calibrated = camera.load(source.size().width, source.size().height);
+  if (!camera.path.empty()) (void)camera.load(source.size().width, source.size().height);
   std::optional<Pose> T_camera_object;
   if (!init.path.empty()) T_camera_object = init.load();
   std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
@@ -248,6 +250,7 @@ int TrackCommand::run() const {
       std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
   Mesh mesh = model.load(completed_model.empty());
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
+  const Camera calibrated = camera_of(source, mesh);
   warn_about_units(mesh, T_camera_object, calibrated);
   if (T_camera_object) require_in_front(mesh, *T_camera_object);
   std::optional<Frame> first_frame;
@@ -274,7 +277,7 @@ int TrackCommand::run() const {
   std::optional<LossSearch> loss_search;
   if (recovers || recognizes) {
     const ProposePoses recognize =
-        feature_search(std::make_shared<const Mesh>(mesh), calibrated, recognizes || source.live());
+        recognition().proposer(std::make_shared<const Mesh>(mesh), calibrated, recognizes || source.live());
     if (!start_search) start_search.emplace(recognize, std::nullopt);
     if (recovers) loss_search.emplace(recognize);
   }
@@ -303,7 +306,8 @@ int TrackCommand::run() const {
       first_frame.reset();
       return true;
     }
-    return source.next(frame);
+    if (!source.live()) return source.next(frame);
+    return read_watched([&] { return source.next(frame); }, quiet ? nullptr : stderr);
   };
   parts.is_pictured = [&](std::int64_t ordinal) { return window || files.is_pictured(ordinal); };
   const auto look = [&](TrackedFrame& tracked) {
@@ -412,6 +416,11 @@ void add_track_command(CLI::App& app, int& exit_code) {
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
+    refuse_beside(*command, {"--camera-out"}, !track->camera.path.empty(), "--camera");
+    if (track->camera.path.empty() && !(track->init.path.empty() && track->guide.empty())) {
+      throw Error(ErrorCode::invalid_argument,
+                  "--init and --guide need --camera: a pose is of the camera that it was measured with");
+    }
     refuse_beside(*command, {"--guide"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--complete-model"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");

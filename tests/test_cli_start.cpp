@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -97,6 +98,12 @@ class Scene {
     plain.materials.clear();
     plain.texture_coordinates.clear();
     io::save_model(folder / "plain.obj", plain);
+    options.frames = kFirst;
+    options.motion.T_camera_object.resize(kFirst);
+    const simulation::Sequence bare(simulation::plain_box({0.2, 0.15, 0.08}, {200, 60, 40}), options);
+    fs::create_directory(folder / "bare");
+    for (int i = 0; i < kFirst; ++i)
+      cv::imwrite((folder / ("bare/" + std::to_string(i) + ".png")).string(), bare.frame(i));
   }
 
   ProgramRun track(const std::string& input, const std::string& model, Arguments more,
@@ -217,8 +224,7 @@ TEST_CASE("A guide starts a model without texture, once it was seen in three fra
   guide.linear() = Eigen::AngleAxisd(0.2, Eigen::Vector3d(0.2, 0.5, 0.6).normalized()) * guide.linear();
   guide.translation() += Eigen::Vector3d(0.03, -0.02, 0.06);
   io::save_pose(scene().folder / "guide.txt", guide);
-  const ProgramRun run =
-      scene().track("frames", "plain.obj", {"--guide", "guide.txt", "--stop", "5", "--poses", "guided.csv"});
+  const ProgramRun run = scene().track("bare", "plain.obj", {"--guide", "guide.txt", "--poses", "guided.csv"});
   CAPTURE(run.err);
   CHECK(run.exit_code == kOk);
   CHECK(run.err.find("near the guide") != std::string::npos);
@@ -251,4 +257,55 @@ TEST_CASE("Guides that cannot be are refused") {
   check_error(scene().track("frames", "plain.obj", {"--guide", "none.txt"}), kInput, {"none.txt", "does not exist"});
   check_error(scene().track("frames", "plain.obj", {"--guide", "first.txt", "--init", "first.txt"}), kUsage,
               {"--guide", "--init"});
+}
+
+TEST_CASE("init finds the pose near a guide, and draws both beside the model") {
+  Pose guide = scene().poses[0];
+  guide.linear() = Eigen::AngleAxisd(-0.15, Eigen::Vector3d(0.5, 0.2, 0.3).normalized()) * guide.linear();
+  guide.translation() += Eigen::Vector3d(-0.02, 0.03, -0.04);
+  io::save_pose(scene().folder / "near.txt", guide);
+  const auto init = [](const std::string& image, const std::string& picture, Arguments more) {
+    Arguments arguments{"init",    "--guide",  "near.txt",   "--image",   image,  "--model",
+                        "box.obj", "--camera", "camera.yml", "--picture", picture};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_holdfast(arguments, scene().folder);
+  };
+  const ProgramRun run = init("frames/0.png", "near.png", {"--pose", "found.txt"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  check_near(scene().poses[0], io::load_pose(scene().folder / "found.txt"));
+  const cv::Mat picture = cv::imread((scene().folder / "near.png").string());
+  const auto count = [&](const cv::Vec3b& color) {
+    cv::Mat same;
+    cv::inRange(picture, color, color, same);
+    return cv::countNonZero(same);
+  };
+  CHECK(count({120, 255, 90}) > 100);
+  CHECK(count({0, 140, 255}) > 100);
+  CHECK(picture.cols > 2 * picture.rows);                        // frame and model
+  CHECK(count({34, 30, 28}) > picture.rows * picture.rows / 4);  // the model's sheet
+
+  check_error(init("empty/5.png", "away.png", {}), kInput, {"not seen near the guide", "empty/5.png", "picture"});
+  CHECK(fs::exists(scene().folder / "away.png"));
+  check_error(init("frames/0.png", "near.png", {"--json", "x.json"}), kUsage, {"--json", "--guide"});
+}
+
+TEST_CASE("Without a camera the focal length is estimated, said and kept") {
+  const auto track = [](const std::string& input, Arguments more) {
+    Arguments arguments{"track", input, "--model", "box.obj", "--stop", "5"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_holdfast(arguments, scene().folder);
+  };
+  const ProgramRun run = track("frames", {"--camera-out", "estimated.yml", "--poses", "unknown.csv"});
+  CAPTURE(run.err);
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.find("the focal length is estimated") != std::string::npos);
+  CHECK(run.err.find("lens distortion is not known") != std::string::npos);
+  const Camera camera = io::load_camera(scene().folder / "estimated.yml");
+  CHECK(std::abs(camera.fx - 600) < 0.06 * 600);
+  for (const Row& row : rows_of(scene().folder / "unknown.csv")) CHECK(row.status == "held");
+
+  check_error(track("empty", {"--quiet"}), kInput, {"--camera", "focal length", "less than three of 5 frames"});
+  check_error(track("frames", {"--init", "first.txt"}), kUsage, {"--init", "--camera"});
+  check_error(scene().track("frames", "box.obj", {"--camera-out", "x.yml"}), kUsage, {"--camera-out", "--camera"});
 }

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "holdfast/error.hpp"
+#include "slow_notice.hpp"
 
 namespace holdfast::app {
 
@@ -33,7 +34,8 @@ fs::path cache_folder(const DeviceOptions& options) {
 }
 }  // namespace
 
-detection::ModelFeatures kept_features(const Mesh& mesh, const fs::path& views, const DeviceOptions& options) {
+detection::ModelFeatures Recognition::features(const Mesh& mesh) const {
+  const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
   using detection::ModelFeatures;
   if (!views.empty()) return ModelFeatures::kept_in(views, mesh);
   const fs::path folder = cache_folder(options);
@@ -51,6 +53,22 @@ detection::ModelFeatures kept_features(const Mesh& mesh, const fs::path& views, 
   } catch (const Error&) {  // no cache then
   }
   return made;
+}
+
+ProposePoses Recognition::proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const {
+  const auto detector = std::make_shared<std::optional<detection::Detector>>();
+  if (at_once) detector->emplace(features(*mesh), camera);
+  return [=, how = *this](const ImageView& frame) mutable -> std::vector<detection::PoseCandidate> {
+    if (mesh && !*detector) {
+      try {
+        detector->emplace(how.features(*mesh), camera);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::model) throw;
+      }
+      mesh.reset();
+    }
+    return *detector ? (*detector)->detect(frame) : std::vector<detection::PoseCandidate>();
+  };
 }
 
 std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& frame, double time_s) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -12,13 +13,22 @@
 
 namespace holdfast::app {
 
-/// The model's features, from the file `views`, where they are kept if one is given, else from the cache folder, where
-/// a file that cannot be used or written only costs making them again. Throws as detection::ModelFeatures.
-detection::ModelFeatures kept_features(const Mesh& mesh, const std::filesystem::path& views,
-                                       const DeviceOptions& options);
-
 /// Proposes poses from which the tracker may start.
 using ProposePoses = std::function<std::vector<detection::PoseCandidate>(const ImageView& frame)>;
+
+/// How a model is recognized by its texture.
+struct Recognition {
+  std::filesystem::path views;  ///< file of its features; empty: in the cache folder
+  DeviceOptions options;        ///< with the cache folder
+  bool quiet = false;           ///< says nothing while they are made
+
+  /// The model's features, from the file `views`, where they are kept if one is given, else from the cache folder,
+  /// where a file that cannot be used or written only costs making them again. Throws as detection::ModelFeatures.
+  detection::ModelFeatures features(const Mesh& mesh) const;
+  /// Finds it by them. They are made at once, or when they are first wanted: a model that has none is then looked for
+  /// in vain.
+  ProposePoses proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const;
+};
 
 /// Looks for an object that was never seen yet, in every frame until it is found.
 class StartSearch {
