@@ -106,9 +106,11 @@ Mesh ModelArguments::load(bool with_look) const {
   return mesh;
 }
 
-void CameraArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--camera", path,
-                 "Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, Kalibr, or 'fx fy cx cy'")
+void CameraArguments::add_to(CLI::App& app, bool required, const char* without) {
+  app.add_option(
+         "--camera", path,
+         std::string("Camera: OpenCV calibration (YAML, JSON, XML), ROS camera_info, Kalibr, or 'fx fy cx cy'") +
+             without)
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);
@@ -132,8 +134,10 @@ Camera CameraArguments::load(int frame_width, int frame_height) const {
 
 const char* lens_name(LensModel lens) { return lens == LensModel::fisheye ? "fisheye" : "polynomial"; }
 
-void InitPoseArguments::add_to(CLI::App& app, bool required) {
-  app.add_option("--init", path, "First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')")
+void InitPoseArguments::add_to(CLI::App& app, bool required, const char* without) {
+  app.add_option(
+         "--init", path,
+         std::string("First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')") + without)
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);

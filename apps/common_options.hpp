@@ -37,7 +37,8 @@ struct CameraArguments {
   bool rescale = false;
   double pixel_centres = 0;  ///< coordinate of the first pixel's centre in the calibration
 
-  void add_to(CLI::App& app, bool required = true);
+  /// `without`: what happens when it is not given.
+  void add_to(CLI::App& app, bool required = true, const char* without = "");
   /// The camera for frames of this size; throws Error(file, camera).
   Camera load(int frame_width, int frame_height) const;
   /// The camera as the file has it, its pixel centres at whole numbers.
@@ -51,7 +52,8 @@ const char* lens_name(LensModel lens);
 struct InitPoseArguments {
   std::filesystem::path path;
 
-  void add_to(CLI::App& app, bool required = true);
+  /// `without`: what happens when it is not given.
+  void add_to(CLI::App& app, bool required = true, const char* without = "");
   /// Throws Error(file, pose).
   Pose load() const;
 };

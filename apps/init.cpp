@@ -21,12 +21,14 @@
 #include "idle_options.hpp"
 #include "init/check_picture.hpp"
 #include "init/click_session.hpp"
+#include "init/guided_pose.hpp"
 #include "init/point_pairs.hpp"
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
 #include "init/surface_distance.hpp"
 #include "messages.hpp"
 #include "separate_files.hpp"
+#include "show/model_sheet.hpp"
 #include "slow_notice.hpp"
 #include "track/outline.hpp"
 #include "track/output_file.hpp"
@@ -50,6 +52,7 @@ struct InitCommand {
   DeviceArguments device;
   fs::path points;
   bool click = false;
+  fs::path guide;
   bool estimate_focal = false;
   std::string image;
   std::int64_t frame_number = 0;
@@ -65,6 +68,7 @@ struct InitCommand {
   void run() const;
 
  private:
+  void run_guide() const;
   struct Outcome {
     cv::Mat frame;  ///< empty: none was given
     std::optional<Mesh> mesh;
@@ -91,6 +95,13 @@ void InitCommand::add_to(CLI::App& command) {
       ->type_name("FILE")
       ->group(points_group);
   command.add_flag("--click", click, "Click the model's vertices in a window instead")->group(points_group);
+  command
+      .add_option(
+          "--guide", guide,
+          "A pose about as the object is held (to 20 degrees, a fifth of its distance, a quarter of the picture) "
+          "instead: the pose is looked for near it, the picture shows both")
+      ->type_name("FILE")
+      ->group(points_group);
   command.add_option("--image", image, "The frame: an image, or a video, folder or pattern with --frame")
       ->type_name("INPUT")
       ->group(points_group);
@@ -113,7 +124,10 @@ void InitCommand::add_to(CLI::App& command) {
   command.add_option("--camera-out", camera_out, "The camera, for --camera of 'holdfast track' (.yml, .json, .xml)")
       ->type_name("FILE")
       ->group(output_group);
-  command.add_option("--picture", picture_out, "Picture (.png) of the model's contour over the frame, to check by eye")
+  command
+      .add_option(
+          "--picture", picture_out,
+          "Picture (.png) of the model's contour over the frame, and of the model as it was loaded, to check by eye")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--points-out", points_out, "The points that were clicked, for --points")
@@ -130,13 +144,16 @@ void InitCommand::require_consistent() const {
       throw Error(ErrorCode::invalid_argument, message);
     }
   };
-  require(points.empty() == click, "give either --points FILE or --click");
+  require(static_cast<int>(!points.empty()) + static_cast<int>(click) + static_cast<int>(!guide.empty()) == 1,
+          "give either --points FILE or --click or --guide FILE");
+  require(guide.empty() || (!image.empty() && !model.path.empty() && !estimate_focal),
+          "--guide needs --image, --model and --camera");
   require(camera.path.empty() == estimate_focal, "give either --camera FILE or, when it is unknown, --estimate-focal");
   require(frame_number >= 0, "--frame counts from 0");
   require(!image.empty() || !estimate_focal, "--estimate-focal needs --image: the frame's size tells its centre");
   require(!image.empty() || picture_out.empty(), "--picture needs --image: the frame to draw on");
   require(!click || (!image.empty() && !model.path.empty()), "--click needs --image and --model");
-  require_separate_files({outputs(), {}, {}}, {{points, camera.path, config}, {image}, {model.path}});
+  require_separate_files({outputs(), {}, {}}, {{points, guide, camera.path, config}, {image}, {model.path}});
   for (const fs::path& path : outputs()) require_writable(path);
 }
 
@@ -317,12 +334,39 @@ void InitCommand::write(const Outcome& outcome) const {
   if (!picture_out.empty()) {
     const std::vector<Line> outline =
         outcome.mesh ? Outline(*outcome.mesh, used).lines(outcome.pose()) : std::vector<Line>();
-    save_picture(picture_out, check_picture(outcome.frame, used, outcome.pose(), outline, outcome.from_points.pairs));
+    const cv::Mat picture = check_picture(outcome.frame, used, outcome.pose(), outline, outcome.from_points.pairs);
+    save_picture(picture_out,
+                 outcome.mesh ? with_model_sheet(picture, *outcome.mesh, model.path.filename().string()) : picture);
   }
+}
+
+/// The pose near the guide in the frame, and a picture of both: the guide's contour orange, the pose's green.
+void InitCommand::run_guide() const {
+  start_drivers();
+  const Mesh mesh = model.load();
+  const cv::Mat frame = read_frame(image, frame_number);
+  const Camera used = camera.load(frame.cols, frame.rows);
+  const Pose T_guide = io::load_pose(guide);
+  warn_about_units(mesh, T_guide, used);
+  const std::optional<Pose> found = pose_near(T_guide, mesh, used, device, frame);
+  if (!picture_out.empty()) {
+    save_picture(picture_out, with_model_sheet(guide_picture(T_guide, found, mesh, used, frame), mesh,
+                                               model.path.filename().string()));
+  }
+  if (!found) {
+    throw Error(ErrorCode::pose,
+                fmt::format("the object is not seen near the guide in frame {} of '{}'{}", frame_number, image,
+                            picture_out.empty() ? "" : "; the picture shows the guide"));
+  }
+  if (!pose_out.empty()) io::save_pose(pose_out, *found);
+  const Eigen::Vector3d& t = found->translation();
+  fmt::print("object at      ({:.4f}, {:.4f}, {:.4f}) m: right, down, ahead of the camera\n", t.x(), t.y(), t.z());
+  for (const fs::path& path : outputs()) fmt::print("written        {}\n", path.string());
 }
 
 void InitCommand::run() const {
   require_consistent();
+  if (!guide.empty()) return run_guide();
   if (click) {
     require_display();
   }
@@ -370,6 +414,7 @@ void add_init_command(CLI::App& app, int&) {
   command->callback([command, init] {
     refuse_without(*command, {"--frame", "--rescale-camera"}, !init->image.empty(), "--image");
     refuse_without(*command, {"--rescale-camera", "--pixel-centres"}, !init->camera.path.empty(), "--camera");
+    refuse_beside(*command, {"--no-refine", "--camera-out", "--points-out", "--json"}, !init->guide.empty(), "--guide");
     init->config = config_file(*command);
     init->run();
   });

@@ -22,6 +22,8 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
+void print_note(const std::string& message) { fmt::print(stderr, "holdfast: {}\n", one_line(message)); }
+
 void print_error(const std::string& message) { fmt::print(stderr, "holdfast: error: {}\n", one_line(message)); }
 
 void print_warning(const std::string& message) { fmt::print(stderr, "holdfast: warning: {}\n", one_line(message)); }

@@ -8,6 +8,9 @@ namespace holdfast::app {
 /// The text with line breaks and runs of blanks made single blanks.
 std::string one_line(const std::string& text);
 
+/// "holdfast: ..." as one line on stderr.
+void print_note(const std::string& message);
+
 /// "holdfast: error: ..." as one line on stderr.
 void print_error(const std::string& message);
 

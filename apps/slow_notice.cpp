@@ -24,4 +24,18 @@ SlowNotice::SlowNotice(std::FILE* stream, std::string text, std::chrono::millise
   });
 }
 
+bool read_watched(const std::function<bool()>& read, std::FILE* stream, std::chrono::milliseconds patience) {
+  const auto begin = std::chrono::steady_clock::now();
+  bool there = false;
+  {
+    const SlowNotice notice(stream, fmt::format("the camera has delivered nothing for {} ms", patience.count()),
+                            patience);
+    there = read();
+  }
+  if (stream != nullptr && there && std::chrono::steady_clock::now() - begin > patience) {
+    fmt::print(stream, "holdfast: the camera delivers frames again\n");
+  }
+  return there;
+}
+
 }  // namespace holdfast::app

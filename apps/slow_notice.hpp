@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -28,5 +29,10 @@ class SlowNotice {
   std::condition_variable_any ended_;
   std::jthread waiting_;
 };
+
+/// Reads a live camera's next frame. Says on the stream when that takes longer than `patience`, and when frames come
+/// again.
+bool read_watched(const std::function<bool()>& read, std::FILE* stream,
+                  std::chrono::milliseconds patience = std::chrono::seconds(1));
 
 }  // namespace holdfast::app

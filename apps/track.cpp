@@ -30,14 +30,18 @@
 #include "separate_files.hpp"
 #include "slow_notice.hpp"
 #include "track/interruption.hpp"
+#include "track/live_window.hpp"
+#include "track/object_search.hpp"
 #include "track/output_file.hpp"
 #include "track/pipeline.hpp"
 #include "track/pose_hint.hpp"
 #include "track/progress.hpp"
 #include "track/run_files.hpp"
 #include "track/run_summary.hpp"
+#include "track/unknown_camera.hpp"
 #include "video/frame_source.hpp"
 #include "video/tracker_view.hpp"
+#include "window/display.hpp"
 
 namespace holdfast {
 namespace {
@@ -51,6 +55,9 @@ struct TrackCommand {
   ModelArguments model;
   CameraArguments camera;
   InitPoseArguments init;
+  fs::path guide;
+  fs::path views;
+  fs::path camera_out;
   DeviceArguments device;
   TrackerArguments tracker;
   std::int64_t start = 0;
@@ -60,6 +67,7 @@ struct TrackCommand {
   OutputPaths outputs;
   fs::path completed_model;
   bool require_held = false;
+  bool show = false;
   bool quiet = false;
   fs::path config;
   std::string given;  ///< options, as a configuration file has them
@@ -69,6 +77,8 @@ struct TrackCommand {
 
  private:
   FrameSourceOptions source_options() const;
+  Camera camera_of(FrameSource& source, const Mesh& mesh) const;
+  Recognition recognition() const { return {views, device.options, quiet}; }
   std::string run_json(const Tracker& used) const;
 };
 
@@ -79,8 +89,23 @@ void TrackCommand::add_to(CLI::App& command) {
       ->required()
       ->type_name("INPUT");
   model.add_to(command);
-  camera.add_to(command);
-  init.add_to(command);
+  camera.add_to(command, false, "; without it the focal length is estimated from a textured object");
+  command.add_option("--camera-out", camera_out, "The camera that was estimated, for --camera of the next run (.yml)")
+      ->type_name("FILE")
+      ->group("Object and camera");
+  init.add_to(command, false, "; without it a textured object is looked for in each frame until it is found");
+  command
+      .add_option("--guide", guide,
+                  "A pose about as the object will be held (to 20 degrees, a fifth of its distance, a quarter of the "
+                  "picture): it is waited for there; needs no texture")
+      ->type_name("FILE")
+      ->group("Object and camera");
+  command
+      .add_option("--views", views,
+                  "What the model looks like from all sides: read, or made and written where there is no such file yet "
+                  "[kept in the cache folder]")
+      ->type_name("FILE")
+      ->group("Object and camera");
 
   constexpr const char* frames_group = "Frames";
   command.add_option("--start", start, "First frame tracked, the one that --init is the pose in [0]")
@@ -119,6 +144,12 @@ void TrackCommand::add_to(CLI::App& command) {
                   "texture begins with what the first frame shows")
       ->type_name("FILE")
       ->group(output_group);
+  command
+      .add_flag(
+          "--show", show,
+          "A window with the contour, the axes and the status: space pauses, . goes on by a frame, c shows pixels "
+          "used and rejected, l looks for the object again, s saves the picture, q ends")
+      ->group(output_group);
   command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
   command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
 
@@ -133,6 +164,7 @@ FrameSourceOptions TrackCommand::source_options() const {
   options.stop = stop;
   options.stride = stride;
   options.frame_rate = frame_rate;
+  if (camera.path.empty()) return options;
   const Camera calibration = camera.load();
   options.live_width = calibration.width;
   options.live_height = calibration.height;
@@ -158,7 +190,7 @@ std::string TrackCommand::run_json(const Tracker& used) const {
         {"cy", seen_by.cy},
         {"lens", lens_name(seen_by.lens)},
         {"distortion", seen_by.distortion}}},
-      {"init", init.path.string()},
+      {"init", init.path.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(init.path.string())},
       {"mode", tracker.mode_name()},
       {"options", given},
       {"tracker", used.description()},
@@ -166,6 +198,21 @@ std::string TrackCommand::run_json(const Tracker& used) const {
       {"information_convention",
        "inverse covariance of (v, w) in T_true = T exp((v, w)): object axes, metres and radians"}};
   return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// The camera that the file tells, or one whose focal length is estimated from the frames.
+Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
+  if (!camera.path.empty()) return camera.load(source.size().width, source.size().height);
+  if (!quiet) print_note("no camera is given: estimating its focal length from the object");
+  const detection::ModelFeatures features = recognition().features(mesh);
+  const EstimatedCamera estimated =
+      source.live() ? estimate_camera(features, source) : estimate_camera(features, input, source_options(), source);
+  print_warning(
+      fmt::format("the focal length is estimated: {:.1f} +- {:.1f} px, from {} frames; lens distortion is not "
+                  "known and taken as none",
+                  estimated.camera.fx, estimated.focal_sigma, estimated.frames));
+  if (!camera_out.empty()) io::save_camera(camera_out, estimated.camera);
+  return estimated.camera;
 }
 
 /// True where a frame shows the object near this pose.
@@ -180,17 +227,21 @@ bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageVie
 
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
-  require_separate_files({outputs.given(), {}, {completed_model}},
-                         {{camera.path, init.path, config}, {input}, {model.path}});
+  std::vector<fs::path> results = outputs.given();
+  if (!camera_out.empty()) results.push_back(camera_out);
+  require_separate_files({results, {}, {completed_model}},
+                         {{camera.path, init.path, guide, views, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
     require_writable(completed_model);
   }
+  if (show) require_display("--show", "run it where there is one, or leave it out");
   start_drivers();
   FrameSource source(input, source_options());
   warn_if(source.doubt());
-  const Camera calibrated = camera.load(source.size().width, source.size().height);
-  const Pose T_camera_object = init.load();
+  if (!camera.path.empty()) (void)camera.load(source.size().width, source.size().height);
+  std::optional<Pose> T_camera_object;
+  if (!init.path.empty()) T_camera_object = init.load();
   std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
   // The device is opened while the model is loaded; what is missing is said first, since compiling the kernels, which
   // drivers do once a machine, cannot be broken off.
@@ -200,28 +251,51 @@ int TrackCommand::run() const {
       std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
   Mesh mesh = model.load(completed_model.empty());
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
+  const Camera calibrated = camera_of(source, mesh);
   warn_about_units(mesh, T_camera_object, calibrated);
-  require_in_front(mesh, T_camera_object);
+  if (T_camera_object) require_in_front(mesh, *T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
   if (!completed_model.empty()) {
     baking::CompletionOptions completing;
     completing.textures.keep = true;
     source.next(first_frame.emplace());
-    completion.emplace(mesh, calibrated, first_frame->image, T_camera_object, completing);
+    completion.emplace(mesh, calibrated, first_frame->image, *T_camera_object, completing);
     mesh = completion->model();
   }
   Tracker follower(mesh, calibrated, options, opened.get());
-  follower.reset(T_camera_object);
+  if (T_camera_object) follower.reset(*T_camera_object);
   notice.reset();
+  std::optional<StartSearch> start_search;
+  if (!guide.empty()) {
+    const Pose T_guide = io::load_pose(guide);
+    const auto detector = std::make_shared<const detection::GuideDetector>(mesh, calibrated, T_guide);
+    start_search.emplace([detector](const ImageView& frame) { return detector->detect(frame); }, T_guide);
+  }
+  // What is searched after a loss in a file may be made when it is first lost; a camera does not wait.
+  const bool recovers = options.recovery && options.quality != Quality::paper && !completion && mesh.has_appearance();
+  const bool recognizes = !T_camera_object && guide.empty();
+  std::optional<LossSearch> loss_search;
+  if (recovers || recognizes) {
+    const ProposePoses recognize =
+        recognition().proposer(std::make_shared<const Mesh>(mesh), calibrated, recognizes || source.live());
+    if (!start_search) start_search.emplace(recognize, std::nullopt);
+    if (recovers) loss_search.emplace(recognize);
+  }
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),
                  source.frame_count(), run_json(follower));
 
+  std::optional<LiveWindow> window;
+  if (show) window.emplace(mesh, calibrated, source.live() ? 0 : source.frame_rate() / static_cast<double>(stride));
   mesh = Mesh();  // its textures are not needed any more
 
+  if (!T_camera_object && !quiet)
+    print_note(guide.empty() ? "no first pose is given: looking for the object in each frame"
+                             : "looking for the object near the guide in each frame");
+  bool started = T_camera_object.has_value(), ever_found = started;
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
@@ -233,20 +307,32 @@ int TrackCommand::run() const {
       first_frame.reset();
       return true;
     }
-    return source.next(frame);
+    if (!source.live()) return source.next(frame);
+    return read_watched([&] { return source.next(frame); }, quiet ? nullptr : stderr);
   };
-  parts.is_pictured = [&](std::int64_t ordinal) { return files.is_pictured(ordinal); };
-  parts.track = [&](TrackedFrame& tracked) {
+  parts.is_pictured = [&](std::int64_t ordinal) { return window || files.is_pictured(ordinal); };
+  const auto look = [&](TrackedFrame& tracked) {
     const ImageView view = tracker_view(tracked.frame.image, grey);
     const double time_s = tracked.frame.time_s;
+    if (!started) {
+      tracked.result = start_search->look(follower, view, time_s);
+      started = start_search->found();
+      ever_found = ever_found || started;
+      tracked.located = tracked.result.T_camera_object.translation().z() > 0;
+      if (started && !quiet) print_note(fmt::format("found in frame {}", tracked.frame.index));
+      if (tracked.pictured) tracked.mask = started ? follower.pixel_mask() : PixelMask();
+      return;
+    }
+    tracked.located = true;
     tracked.result = follower.track(view, time_s);
     if (tracked.ordinal == 0 && tracked.result.status == Status::lost && !completion) {
-      warn_if(pose_hint(T_camera_object, [&](const Pose& pose) {
+      warn_if(pose_hint(*T_camera_object, [&](const Pose& pose) {
                 return is_held_from(follower, pose, view);
               }).value_or(lost_start(tracked.result)));
-      follower.reset(T_camera_object);
+      follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }
+    if (loss_search) loss_search->look(follower, view, time_s, tracked.result);
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
     }
@@ -254,12 +340,21 @@ int TrackCommand::run() const {
       completion->update(follower, tracked.frame.image, tracked.result);
     }
   };
+  parts.track = [&](TrackedFrame& tracked) {
+    if (window && window->take_look_again() && start_search) {
+      start_search->begin();
+      started = false;
+    }
+    look(tracked);
+    if (window) window->update([&] { return interruption.requested(); });
+  };
   parts.write = [&](TrackedFrame& tracked) {
+    if (window) window->draw(tracked);
     files.write(tracked);
     figures.add(tracked);
     progress.update(tracked.ordinal + 1, tracked.result.status == Status::held);
   };
-  parts.is_interrupted = [&] { return interruption.requested(); };
+  parts.is_interrupted = [&] { return interruption.requested() || (window && window->quits()); };
   const PipelineReport report = run_pipeline(parts);
   progress.clear();
 
@@ -300,12 +395,19 @@ int TrackCommand::run() const {
   if (failure) {
     std::rethrow_exception(failure);
   }
-  if (report.interrupted) {
+  if (report.interrupted && !(window && window->quits())) {
     return kInterrupted;
   }
   if (early) {
     print_error(*early);
     return kInput;
+  }
+  if (!ever_found) {
+    print_error(fmt::format(
+        "the object was not found in any of {} frames: is it the model that they show, {}? A first "
+        "pose (--init) needs no search",
+        summary.frames, guide.empty() ? "with the texture that it has there" : "held about as the guide has it"));
+    return kLost;
   }
   return require_held && summary.lost > 0 ? kLost : kOk;
 }
@@ -317,6 +419,13 @@ void add_track_command(CLI::App& app, int& exit_code) {
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
+    refuse_beside(*command, {"--camera-out"}, !track->camera.path.empty(), "--camera");
+    if (track->camera.path.empty() && !(track->init.path.empty() && track->guide.empty())) {
+      throw Error(ErrorCode::invalid_argument,
+                  "--init and --guide need --camera: a pose is of the camera that it was measured with");
+    }
+    refuse_beside(*command, {"--guide"}, !track->init.path.empty(), "--init");
+    refuse_without(*command, {"--complete-model"}, !track->init.path.empty(), "--init");
     refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
     track->config = config_file(*command);
     track->given = command->config_to_str();

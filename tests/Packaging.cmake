@@ -26,7 +26,7 @@ add_test(NAME consumer_pkg_config COMMAND ${SHELL_PROGRAM} ${consumer}/with_pkg_
 add_test(NAME consumer_documents COMMAND ${SHELL_PROGRAM} ${consumer}/documents.sh
   ${installed} ${CMAKE_CURRENT_BINARY_DIR}/consumer_documents ${CMAKE_CXX_COMPILER} ${CMAKE_C_COMPILER})
 set_tests_properties(installed_program consumer_cmake consumer_pkg_config consumer_documents PROPERTIES FIXTURES_REQUIRED installed)
-foreach(library holdfast holdfast_io)
+foreach(library holdfast holdfast_io holdfast_detection)
   file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/objects/${library}
     CONTENT "$<JOIN:$<TARGET_OBJECTS:${library}>,\n>\n")
 endforeach()

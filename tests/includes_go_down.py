@@ -9,15 +9,15 @@ from pathlib import Path
 
 ROOMS = ["base", "device", "render", "image", "solve", "texture", "contour", "edges", "imaging", "motion", "judge", "recovery",
          "tracker"]  # from bottom to top
-ABOVE_BASE_ONLY = "io"
+ABOVE_BASE_ONLY = ("io", "detection")  # libraries of their own
 
 
 def may_include(room, included):
     if room == included:
         return True
-    if room == ABOVE_BASE_ONLY:
+    if room in ABOVE_BASE_ONLY:
         return included == "base"
-    return included != ABOVE_BASE_ONLY and ROOMS.index(included) < ROOMS.index(room)
+    return included not in ABOVE_BASE_ONLY and ROOMS.index(included) < ROOMS.index(room)
 
 
 def includes_between_rooms(lib):
@@ -38,7 +38,7 @@ def includes_between_rooms(lib):
 def main():
     lib = Path(sys.argv[1]).resolve()
     rooms = {folder.name for folder in lib.iterdir() if folder.is_dir()}
-    unknown = rooms - {*ROOMS, ABOVE_BASE_ONLY}
+    unknown = rooms - {*ROOMS, *ABOVE_BASE_ONLY}
     if unknown:
         sys.exit(f"Rooms of lib/ without a place in the order of {sys.argv[0]}: {', '.join(sorted(unknown))}")
     found = list(includes_between_rooms(lib))

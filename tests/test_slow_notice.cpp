@@ -42,3 +42,26 @@ TEST_CASE("Said once where it outlasts the patience, not at all where it ends be
   slow.reset();
   CHECK(stream.text() == "holdfast: slow\n");
 }
+
+TEST_CASE("A camera that pauses is said to, and to deliver again; one that does not is not spoken of") {
+  const Stream stream;
+  CHECK(read_watched([] { return true; }, stream.file, std::chrono::hours(1)));
+  CHECK(stream.text().empty());
+  const auto slowly = [&](bool there) {
+    return [&stream, there] {
+      while (stream.text().empty()) std::this_thread::sleep_for(Milliseconds(1));
+      return there;
+    };
+  };
+  CHECK(read_watched(slowly(true), stream.file, Milliseconds(1)));
+  CHECK(stream.text() ==
+        "holdfast: the camera has delivered nothing for 1 ms\nholdfast: the camera delivers frames again\n");
+  const Stream unplugged;
+  CHECK_FALSE(read_watched(
+      [&] {
+        while (unplugged.text().empty()) std::this_thread::sleep_for(Milliseconds(1));
+        return false;
+      },
+      unplugged.file, Milliseconds(1)));
+  CHECK(unplugged.text() == "holdfast: the camera has delivered nothing for 1 ms\n");
+}

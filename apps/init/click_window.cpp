@@ -1,61 +1,21 @@
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <csignal>
-#include <cstdlib>
 #include <string>
 
 #include "holdfast/error.hpp"
 #include "init/click_session.hpp"
 #include "modules/window_module.hpp"
+#include "window/display.hpp"
 
 namespace holdfast::app {
 namespace {
 
 constexpr const char* kTitle = "holdfast init";
-constexpr double kTurn = 0.25;      // radians a key press
-constexpr unsigned kPatience = 10;  // seconds
+constexpr double kTurn = 0.25;  // radians a key press
 /// The largest first size of the window: small screens show all of it, and it can be made larger.
 constexpr double kFirstWidth = 1200, kFirstHeight = 660;
 
-bool has_display() {
-  const auto is_set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0';
-  };
-  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
-}
-
-/// Window toolkits abort the program when the display does not answer, so a child tries it first.
-bool display_answers() {
-  const WindowModule& window = window_module();
-  const pid_t child = fork();
-  if (child == 0) {
-    const int nowhere = open("/dev/null", O_WRONLY);
-    dup2(nowhere, STDOUT_FILENO);
-    dup2(nowhere, STDERR_FILENO);
-    std::signal(SIGABRT, SIG_DFL);
-    const rlimit no_core{0, 0};
-    setrlimit(RLIMIT_CORE, &no_core);
-    alarm(kPatience);
-    try {
-      window.named_window(kTitle, cv::WINDOW_AUTOSIZE);
-    } catch (...) {
-      _exit(1);
-    }
-    _exit(0);
-  }
-  int status = 0;
-  return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
-[[noreturn]] void no_display(const std::string& reason) {
-  throw Error(ErrorCode::invalid_argument, "--click needs a display (" + reason +
-                                               "): run it where there is one, or give the point pairs by --points");
-}
+constexpr const char* kOption = "--click";
+constexpr const char* kInstead = "run it where there is one, or give the point pairs by --points";
 
 struct Mouse {
   ClickSession& session;
@@ -123,21 +83,14 @@ void run(ClickSession& session) {
 
 }  // namespace
 
-void require_display() {
-  if (!has_display()) {
-    no_display("neither DISPLAY nor WAYLAND_DISPLAY is set");
-  }
-  if (!display_answers()) {
-    no_display("the one that is set does not answer");
-  }
-}
+void require_display() { require_display(kOption, kInstead); }
 
 std::vector<PointPair> click_points(const cv::Mat& frame, const Mesh& mesh, const std::optional<Camera>& camera) {
   ClickSession session(frame, mesh, camera);
   try {
     run(session);
   } catch (const cv::Exception& error) {
-    no_display("a window cannot be opened: " + error.err);
+    refuse_without_display(kOption, "a window cannot be opened: " + error.err, kInstead);
   }
   return session.pairs();
 }

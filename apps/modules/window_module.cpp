@@ -5,7 +5,7 @@
 namespace holdfast::app {
 
 const WindowModule& window_module() {
-  return *static_cast<const WindowModule*>(load_module("window", "points are clicked"));
+  return *static_cast<const WindowModule*>(load_module("window", "windows are shown"));
 }
 
 }  // namespace holdfast::app

@@ -6,7 +6,7 @@
 
 namespace holdfast::app {
 
-/// The functions of OpenCV's highgui by which points are clicked: it brings a window toolkit, which nothing else needs.
+/// The functions of OpenCV's highgui that show windows: it brings a window toolkit, which nothing else needs.
 struct WindowModule {
   void (*named_window)(const std::string& title, int flags);
   void (*resize_window)(const std::string& title, int width, int height);

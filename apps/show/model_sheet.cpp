@@ -152,6 +152,14 @@ cv::Mat model_sheet(const Mesh& mesh, const std::string& name, RendererChoice ch
   return sheet;
 }
 
+cv::Mat with_model_sheet(const cv::Mat& picture, const Mesh& mesh, const std::string& name) {
+  const cv::Mat sheet = model_sheet(mesh, name);
+  cv::Mat scaled, both;
+  cv::resize(sheet, scaled, {sheet.cols * picture.rows / sheet.rows, picture.rows}, 0, 0, cv::INTER_AREA);
+  cv::hconcat(picture, scaled, both);
+  return both;
+}
+
 std::string model_text(const Mesh& mesh) {
   const Eigen::AlignedBox3d box = box_of(mesh);
   double whole = 0, known = 0;

@@ -12,6 +12,9 @@ namespace holdfast::app {
 /// a known look is grey, lit from the viewer. Throws Error(renderer).
 cv::Mat model_sheet(const Mesh& mesh, const std::string& name, RendererChoice choice = RendererChoice::automatic);
 
+/// A picture with the model's sheet at its right, as high as the picture.
+cv::Mat with_model_sheet(const cv::Mat& picture, const Mesh& mesh, const std::string& name);
+
 /// Size, triangles, materials and what share of the surface they give a look, in lines.
 std::string model_text(const Mesh& mesh);
 

@@ -51,6 +51,10 @@ cv::Size panel_size(const Camera& camera) {
   return {even(camera.width * scale), even(camera.height * scale)};
 }
 
+/// Length of a drawn axis, in radii of the model.
+constexpr double kAxis = 0.7;
+const std::array<cv::Scalar, 3> kAxisColors{cv::Scalar(70, 70, 240), cv::Scalar(80, 200, 80), cv::Scalar(240, 140, 60)};
+
 constexpr double kTextSize = 0.46;
 constexpr double kSmallTextSize = 0.42;
 
@@ -70,7 +74,12 @@ int put_text(cv::Mat& image, const std::string& text, int x, int baseline, const
 }  // namespace
 
 Overlay::Overlay(const Mesh& mesh, const Camera& camera)
-    : outline_(mesh, camera), scale_(panel_scale(camera)), panel_size_(panel_size(camera)) {
+    : camera_(camera),
+      p_object_center_(mesh.center()),
+      radius_(mesh.radius()),
+      outline_(mesh, camera),
+      scale_(panel_scale(camera)),
+      panel_size_(panel_size(camera)) {
   if (camera.has_distortion()) {
     map_x_.create(camera.height, camera.width, CV_32F);
     map_y_.create(camera.height, camera.width, CV_32F);
@@ -86,6 +95,8 @@ Overlay::Overlay(const Mesh& mesh, const Camera& camera)
 
 cv::Size Overlay::overlay_size() const { return {2 * panel_size_.width, panel_size_.height + kStripHeight}; }
 
+cv::Size Overlay::window_size() const { return {panel_size_.width, panel_size_.height + kStripHeight}; }
+
 void Overlay::undistort(const cv::Mat& image) {
   if (map_x_.empty()) {
     cv::resize(image, panel_, panel_size_, 0, 0, scale_ < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
@@ -95,11 +106,23 @@ void Overlay::undistort(const cv::Mat& image) {
   cv::resize(straight_, panel_, panel_size_, 0, 0, scale_ < 1 ? cv::INTER_AREA : cv::INTER_LINEAR);
 }
 
+cv::Point Overlay::fixed_point(const Eigen::Vector2d& pixel) const {
+  const Eigen::Vector2d scaled = (((pixel.array() + 0.5) * scale_ - 0.5) * (1 << kSubpixelBits)).round();
+  return {static_cast<int>(scaled.x()), static_cast<int>(scaled.y())};
+}
+
+void Overlay::draw_axes(const Pose& T_camera_object, cv::Mat& panel) const {
+  const Eigen::Vector3d p_center = T_camera_object * p_object_center_;
+  if (p_center.z() <= radius_) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d p_end = p_center + kAxis * radius_ * T_camera_object.linear().col(axis);
+    cv::line(panel, fixed_point(camera_.project(p_center)), fixed_point(camera_.project(p_end)),
+             kAxisColors[static_cast<std::size_t>(axis)], 2, cv::LINE_AA, kSubpixelBits);
+  }
+}
+
 void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
-  const auto fixed_point = [this](const Eigen::Vector2d& pixel) {
-    const Eigen::Vector2d scaled = (((pixel.array() + 0.5) * scale_ - 0.5) * (1 << kSubpixelBits)).round();
-    return cv::Point(static_cast<int>(scaled.x()), static_cast<int>(scaled.y()));
-  };
+  if (!tracked.located) return;
   const std::vector<Line>& lines = outline_.lines(tracked.result.T_camera_object);
   const auto draw = [&](const cv::Scalar& color, int thickness) {
     for (const Line& line : lines) {
@@ -113,8 +136,13 @@ void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
 void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
   cv::cvtColor(panel_, grey_, cv::COLOR_BGR2GRAY);
   cv::cvtColor(grey_, grey_bgr_, cv::COLOR_GRAY2BGR);
-  const cv::Mat given(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.classes.data()));
-  cv::resize(given, classes_, panel_size_, 0, 0, cv::INTER_NEAREST);
+  if (mask.classes.empty()) {  // nothing was looked at
+    classes_.create(panel_size_, CV_8U);
+    classes_.setTo(0);
+  } else {
+    const cv::Mat given(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.classes.data()));
+    cv::resize(given, classes_, panel_size_, 0, 0, cv::INTER_NEAREST);
+  }
   for (int y = 0; y < panel.rows; ++y) {
     const std::uint8_t* classes = classes_.ptr<std::uint8_t>(y);
     const cv::Vec3b* grey = grey_bgr_.ptr<cv::Vec3b>(y);
@@ -177,6 +205,34 @@ const cv::Mat& Overlay::outline_picture(const TrackedFrame& tracked) {
   undistort(tracked.frame.image);
   draw_outline(tracked, panel_);
   return panel_;
+}
+
+void Overlay::draw_status(const TrackedFrame& tracked, const std::string& note, cv::Mat& strip) const {
+  strip.setTo(kStripColor);
+  const FrameResult& result = tracked.result;
+  const bool held = result.status == Status::held;
+  const int upper = 21, lower = 43, limit = panel_size_.width - 10;
+  cv::rectangle(strip, {8, upper - 14, 54, 19}, held ? kHeldColor : kLostColor, cv::FILLED);
+  put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10}, kTextSize, limit);
+  put_text(strip, fmt::format("frame {}   {}", tracked.frame.index, result.message), 74, upper, kTextColor, kTextSize,
+           limit);
+  put_text(strip, note, 10, lower, kDimTextColor, kSmallTextSize, limit);
+}
+
+const cv::Mat& Overlay::window_picture(const TrackedFrame& tracked, bool decisions, const std::string& note) {
+  undistort(tracked.frame.image);
+  picture_.create(panel_size_.height + kStripHeight, panel_size_.width, CV_8UC3);
+  cv::Mat panel = picture_.rowRange(0, panel_size_.height),
+          strip = picture_.rowRange(panel_size_.height, picture_.rows);
+  if (decisions) {
+    draw_decisions(tracked.mask, panel);
+  } else {
+    panel_.copyTo(panel);
+  }
+  draw_outline(tracked, panel);
+  if (tracked.located) draw_axes(tracked.result.T_camera_object, panel);
+  draw_status(tracked, note, strip);
+  return picture_;
 }
 
 const cv::Mat& Overlay::overlay_picture(const TrackedFrame& tracked) {

@@ -14,7 +14,7 @@ cmake --install "$folder/build"
 # Every name of namespace holdfast that the program takes from the libraries must be exported.
 names() { sed -E 's/^[0-9a-f ]*[A-Za-z] //' | grep '^holdfast::' | sort -u; }
 nm -C --undefined-only "$build/apps/libholdfast_app.a" | names >"$folder/taken"
-nm -C --defined-only "$build/lib/libholdfast.a" "$build/lib/libholdfast_io.a" 2>/dev/null | names >"$folder/defined"
+nm -C --defined-only "$build/lib/libholdfast.a" "$build/lib/libholdfast_io.a" "$build/lib/libholdfast_detection.a" 2>/dev/null | names >"$folder/defined"
 find "$folder/installed" -name 'libholdfast*.so' -exec nm -DC --defined-only {} + | names >"$folder/shown"
 comm -12 "$folder/taken" "$folder/defined" | comm -23 - "$folder/shown" >"$folder/missing"
 if [ ! -s "$folder/taken" ] || [ -s "$folder/missing" ]; then

@@ -1,0 +1,31 @@
+#include "init/guided_pose.hpp"
+
+#include "holdfast/detection.hpp"
+#include "init/check_picture.hpp"
+#include "slow_notice.hpp"
+#include "track/outline.hpp"
+#include "video/tracker_view.hpp"
+
+namespace holdfast::app {
+
+std::optional<Pose> pose_near(const Pose& T_guide, const Mesh& mesh, const Camera& camera,
+                              const DeviceArguments& device, const cv::Mat& frame) {
+  const detection::GuideDetector detector(mesh, camera, T_guide);
+  const SlowNotice notice(terminal(), kPreparing);
+  Tracker tracker(mesh, camera, {}, device.open());
+  cv::Mat grey;
+  const ImageView view = tracker_view(frame, grey);
+  const auto found = detection::start_near(tracker, detector.detect(view), view);
+  return found ? std::optional(found->T_camera_object) : std::nullopt;
+}
+
+cv::Mat guide_picture(const Pose& T_guide, const std::optional<Pose>& T_camera_object, const Mesh& mesh,
+                      const Camera& camera, const cv::Mat& frame) {
+  EnlargedFrame enlarged(frame);
+  Outline outline(mesh, camera);
+  enlarged.draw_lines(outline.lines(T_guide), camera, {0, 140, 255});
+  if (T_camera_object) enlarged.draw_lines(outline.lines(*T_camera_object), camera, {120, 255, 90});
+  return enlarged.picture();
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,115 @@
+#include "track/object_search.hpp"
+
+#include <chrono>
+#include <cstdlib>
+#include <system_error>
+
+#include "holdfast/error.hpp"
+#include "slow_notice.hpp"
+
+namespace holdfast::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kSeenByGuide = 3;
+
+double milliseconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+fs::path cache_folder(const DeviceOptions& options) {
+  const auto variable = [](const char* name) -> fs::path {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+  };
+  if (!options.cache_folder.empty()) return options.cache_folder;
+  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
+  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
+  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
+  return {};
+}
+}  // namespace
+
+detection::ModelFeatures Recognition::features(const Mesh& mesh) const {
+  const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
+  using detection::ModelFeatures;
+  if (!views.empty()) return ModelFeatures::kept_in(views, mesh);
+  const fs::path folder = cache_folder(options);
+  if (folder.empty()) return ModelFeatures(mesh);
+  const fs::path path = folder / (detection::model_hash(mesh) + ".views");
+  try {
+    return ModelFeatures::load(path, mesh);
+  } catch (const Error&) {  // there is none yet, or it is damaged
+  }
+  ModelFeatures made(mesh);
+  try {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    made.save(path);
+  } catch (const Error&) {  // no cache then
+  }
+  return made;
+}
+
+ProposePoses Recognition::proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const {
+  const auto detector = std::make_shared<std::optional<detection::Detector>>();
+  if (at_once) detector->emplace(features(*mesh), camera);
+  return [=, how = *this](const ImageView& frame) mutable -> std::vector<detection::PoseCandidate> {
+    if (mesh && !*detector) {
+      try {
+        detector->emplace(how.features(*mesh), camera);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::model) throw;
+      }
+      mesh.reset();
+    }
+    return *detector ? (*detector)->detect(frame) : std::vector<detection::PoseCandidate>();
+  };
+}
+
+std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& frame, double time_s) {
+  if (!T_guide_) return detection::start_at(tracker, propose_(frame), frame, time_s);
+  if (seen_ > 0) {
+    const FrameResult result = tracker.track(frame, time_s);
+    if (detection::is_seen(result)) return result;
+  }
+  seen_ = 0;
+  return detection::start_near(tracker, propose_(frame), frame, time_s);
+}
+
+FrameResult StartSearch::look(Tracker& tracker, const ImageView& frame, double time_s) {
+  const auto begin = Clock::now();
+  FrameResult result;
+  result.reason = Reason::out_of_view;
+  result.message = "not found yet";
+  if (T_guide_) result.T_camera_object = *T_guide_;
+  if (const auto found = find(tracker, frame, time_s)) {
+    result = *found;
+    found_ = !T_guide_ || ++seen_ == kSeenByGuide;
+    if (!found_) {
+      result.status = Status::lost;
+      result.reason = Reason::not_surely_found;
+      result.message = "seen, to be confirmed by the next frames";
+    }
+  }
+  result.ms.total = milliseconds_since(begin);
+  return result;
+}
+
+void LossSearch::look(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result) {
+  lost_ = result.status == Status::lost ? lost_ + 1 : 0;
+  if (lost_ == 0 || lost_ % 2 != 0) return;
+  const auto begin = Clock::now();
+  const double tracked_ms = result.ms.total;
+  if (const auto found = detection::start_at(tracker, propose_(frame), frame, time_s)) {
+    result = *found;
+    lost_ = 0;
+  }
+  result.ms.total = tracked_ms + milliseconds_since(begin);
+}
+
+}  // namespace holdfast::app

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "holdfast/detection.hpp"
+#include "holdfast/device.hpp"
+#include "holdfast/tracker.hpp"
+
+namespace holdfast::app {
+
+/// Proposes poses from which the tracker may start.
+using ProposePoses = std::function<std::vector<detection::PoseCandidate>(const ImageView& frame)>;
+
+/// How a model is recognized by its texture.
+struct Recognition {
+  std::filesystem::path views;  ///< file of its features; empty: in the cache folder
+  DeviceOptions options;        ///< with the cache folder
+  bool quiet = false;           ///< says nothing while they are made
+
+  /// The model's features, from the file `views`, where they are kept if one is given, else from the cache folder,
+  /// where a file that cannot be used or written only costs making them again. Throws as detection::ModelFeatures.
+  detection::ModelFeatures features(const Mesh& mesh) const;
+  /// Finds it by them. They are made at once, or when they are first wanted: a model that has none is then looked for
+  /// in vain.
+  ProposePoses proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const;
+};
+
+/// Looks for an object that was never seen yet, in every frame until it is found.
+class StartSearch {
+ public:
+  /// `T_guide`: what proposes is a guide, about as the object will be held: it must be seen in three frames in a row.
+  StartSearch(ProposePoses propose, const std::optional<Pose>& T_guide)
+      : propose_(std::move(propose)), T_guide_(T_guide) {}
+
+  bool found() const { return found_; }
+  /// Forgets that it was found.
+  void begin() {
+    found_ = false;
+    seen_ = 0;
+  }
+  /// The frame's result: held, and the tracker goes on from there, or lost and not found yet.
+  FrameResult look(Tracker& tracker, const ImageView& frame, double time_s);
+
+ private:
+  std::optional<FrameResult> find(Tracker& tracker, const ImageView& frame, double time_s);
+
+  ProposePoses propose_;
+  std::optional<Pose> T_guide_;
+  int seen_ = 0;  ///< frames in a row, by the guide
+  bool found_ = false;
+};
+
+/// Looks for an object that the tracker has lost, in every second frame, from the second on. What is held never waits.
+class LossSearch {
+ public:
+  explicit LossSearch(ProposePoses propose) : propose_(std::move(propose)) {}
+
+  /// After the tracker has looked at a frame: where it has lost the object, `result` is what is found without it.
+  void look(Tracker& tracker, const ImageView& frame, double time_s, FrameResult& result);
+
+ private:
+  ProposePoses propose_;
+  std::int64_t lost_ = 0;  ///< frames in a row
+};
+
+}  // namespace holdfast::app

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "holdfast/detection.hpp"
+
+namespace holdfast::detection {
+
+struct ModelFeatures::Data {
+  std::string hash;   ///< model_hash()
+  double radius = 0;  ///< of the mesh, metres
+  std::vector<Eigen::Vector3f> p_object;
+  cv::Mat descriptors;  ///< a row a feature, SIFT's 128 bytes
+};
+
+/// Features of a picture, grey8. `mask`, where given: pixels whose features are wanted.
+struct PictureFeatures {
+  std::vector<cv::KeyPoint> places;
+  cv::Mat descriptors;  ///< bytes
+};
+PictureFeatures features_of(const cv::Mat& grey, int most);
+
+/// Descriptors as they are compared, floats: square roots of shares (RootSIFT), whose Euclidean distance is
+/// Hellinger's.
+cv::Mat comparable(const cv::Mat& descriptors);
+
+}  // namespace holdfast::detection

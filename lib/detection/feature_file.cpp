@@ -1,0 +1,146 @@
+#include <unistd.h>
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <span>
+#include <sstream>
+
+#include "detection/feature_data.hpp"
+#include "holdfast/error.hpp"
+
+// A line of text, "holdfast features 1 MODEL COUNT HASH", then COUNT points (three floats) and COUNT descriptors (128
+// bytes), little-endian; HASH is of these.
+namespace holdfast::detection {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDescriptor = 128;
+constexpr const char* kKind = "holdfast features 1";
+
+/// FNV-1a from two seeds over words of four bytes, a rest byte by byte.
+class Hash {
+ public:
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    std::size_t i = 0;
+    for (; i + 4 <= size; i += 4) {
+      std::uint32_t word;
+      std::memcpy(&word, bytes + i, 4);
+      add_word(word);
+    }
+    for (; i < size; ++i) add_word(bytes[i]);
+    add_word(static_cast<std::uint32_t>(size));
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(values.data(), values.size() * sizeof(T));
+  }
+  std::string text() const {
+    std::array<char, 40> name;
+    std::snprintf(name.data(), name.size(), "%016llx%016llx", static_cast<unsigned long long>(first_),
+                  static_cast<unsigned long long>(second_));
+    return name.data();
+  }
+
+ private:
+  void add_word(std::uint32_t word) {
+    constexpr std::uint64_t prime = 1099511628211ull;
+    first_ = (first_ ^ word) * prime;
+    first_ ^= first_ >> 32;
+    second_ = (second_ ^ word) * prime;
+    second_ ^= second_ >> 29;
+  }
+  std::uint64_t first_ = 14695981039346656037ull, second_ = 1469598103934665603ull;
+};
+
+std::string content_hash(const ModelFeatures::Data& data) {
+  Hash hash;
+  hash.add(data.p_object);
+  hash.add(data.descriptors.data, data.descriptors.total());
+  return hash.text();
+}
+
+[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
+  throw Error(ErrorCode::file, "the model's views in '" + path.string() + "' cannot be used: " + why +
+                                   "; remove the file, it is made again");
+}
+
+}  // namespace
+
+std::string model_hash(const Mesh& mesh) {
+  Hash hash;
+  hash.add(mesh.positions);
+  hash.add(mesh.texture_coordinates);
+  hash.add(mesh.colors);
+  hash.add(mesh.triangles);
+  hash.add(mesh.triangle_materials);
+  for (const Material& material : mesh.materials) {
+    hash.add(&material.texture.width, sizeof(int));
+    hash.add(material.texture.rgba);
+  }
+  return hash.text();
+}
+
+void ModelFeatures::save(const fs::path& path) const {
+  std::error_code failed;
+  // Another process may read or write the same file: it only ever sees a complete one.
+  const fs::path temporary = path.string() + ".tmp" + std::to_string(::getpid());
+  {
+    std::ofstream file(temporary, std::ios::binary);
+    file << kKind << ' ' << data_->hash << ' ' << count() << ' ' << content_hash(*data_) << '\n';
+    file.write(reinterpret_cast<const char*>(data_->p_object.data()),
+               static_cast<std::streamsize>(count() * sizeof(Eigen::Vector3f)));
+    file.write(reinterpret_cast<const char*>(data_->descriptors.data),
+               static_cast<std::streamsize>(data_->descriptors.total()));
+    file.flush();
+    if (!file) failed = std::make_error_code(std::errc::io_error);
+  }
+  if (!failed) fs::rename(temporary, path, failed);
+  if (failed) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw Error(ErrorCode::output, "the model's views cannot be written to '" + path.string() + "'");
+  }
+}
+
+ModelFeatures ModelFeatures::load(const fs::path& path, const Mesh& mesh) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(ErrorCode::file, "the model's views '" + path.string() + "' cannot be read");
+  std::string line;
+  std::getline(file, line);
+  if (!line.starts_with(kKind)) refuse(path, "it is no file of views of this version of Holdfast");
+  std::istringstream words(line.substr(std::strlen(kKind)));
+  const auto data = std::make_shared<Data>();
+  std::size_t count = 0;
+  std::string hash;
+  words >> data->hash >> count >> hash;
+  std::error_code failed;
+  const std::uintmax_t size = fs::file_size(path, failed);
+  if (!words || failed || count == 0 || count > size ||
+      size != line.size() + 1 + count * (sizeof(Eigen::Vector3f) + kDescriptor)) {
+    refuse(path, "it is damaged");
+  }
+  data->radius = mesh.radius();
+  data->p_object.resize(count);
+  data->descriptors.create(static_cast<int>(count), kDescriptor, CV_8U);
+  file.read(reinterpret_cast<char*>(data->p_object.data()),
+            static_cast<std::streamsize>(count * sizeof(Eigen::Vector3f)));
+  file.read(reinterpret_cast<char*>(data->descriptors.data), static_cast<std::streamsize>(data->descriptors.total()));
+  if (!file || content_hash(*data) != hash) refuse(path, "it is damaged");
+  if (data->hash != model_hash(mesh)) refuse(path, "they are of another model, or of this one before it was changed");
+  return ModelFeatures(data);
+}
+
+ModelFeatures ModelFeatures::kept_in(const fs::path& path, const Mesh& mesh) {
+  std::error_code unknown;
+  if (fs::exists(path, unknown)) return load(path, mesh);
+  ModelFeatures made(mesh);
+  made.save(path);
+  return made;
+}
+
+}  // namespace holdfast::detection

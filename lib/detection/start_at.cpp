@@ -1,0 +1,91 @@
+#include <algorithm>
+
+#include "holdfast/detection.hpp"
+#include "holdfast/error.hpp"
+
+namespace holdfast::detection {
+namespace {
+
+/// Share of the texture that must agree, and its correlation with the frame; or less of it that agrees better.
+constexpr double kRatio = 0.4, kCorrelation = 0.85;
+constexpr double kPartRatio = 0.25, kPartCorrelation = 0.95;
+constexpr int kLeastPixels = 300;
+/// Of a guided start, whose model may have no texture: the contour's score, and the share of its lines with the edge
+/// next to the contour. In frames of other scenes they stay below 0.55 and 0.77.
+constexpr double kContourScore = 0.62, kNear = 0.82;
+constexpr std::size_t kMostRefined = 3;
+/// A pose is refined until it moves by less than this: radians, and shares of its distance.
+constexpr int kMostRounds = 3;
+constexpr double kSettledTurn = 0.01, kSettledShare = 0.003;
+
+bool is_settled(const Pose& T_before, const Pose& T_after) {
+  return rotation_angle(T_before.linear() * T_after.linear().transpose()) < kSettledTurn &&
+         (T_before.translation() - T_after.translation()).norm() < kSettledShare * T_after.translation().norm();
+}
+
+double agreement(const FrameResult& result) { return result.texture.inlier_ratio() * result.texture.correlation; }
+
+bool is_surely_found(const FrameResult& result) {
+  const TextureEvidence& texture = result.texture;
+  if (result.status != Status::held || !texture.holds || texture.used_pixels < kLeastPixels) return false;
+  const double ratio = texture.inlier_ratio(), correlation = texture.correlation;
+  return (ratio >= kRatio && correlation >= kCorrelation) || (ratio >= kPartRatio && correlation >= kPartCorrelation);
+}
+
+/// What a guide leads to, the contour's colours learned where it is.
+FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const Pose& T_start) {
+  FrameResult result = tracker.refine(frame, T_start);
+  for (int round = 0; round < kMostRounds && result.status == Status::held; ++round) {
+    const Pose T_before = result.T_camera_object;
+    try {
+      tracker.reset(T_before, frame);
+    } catch (const Error&) {  // it has gone out of the picture
+      result.status = Status::lost;
+      break;
+    }
+    result = tracker.refine(frame, T_before);
+    if (round > 0 && is_settled(T_before, result.T_camera_object)) break;
+  }
+  return result;
+}
+
+bool is_surely_found_by_contour(const FrameResult& result) {
+  const ContourEvidence& contour = result.contour;
+  return result.status == Status::held && contour.asked && contour.score() >= kContourScore &&
+         contour.near_lines >= kNear * contour.lines;
+}
+
+}  // namespace
+
+bool is_seen(const FrameResult& result) { return is_surely_found(result) || is_surely_found_by_contour(result); }
+
+std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
+                                      const ImageView& frame, std::optional<double> time_s) {
+  std::optional<FrameResult> best;
+  for (std::size_t i = 0; i < std::min(candidates.size(), kMostRefined); ++i) {
+    const FrameResult result = refined_by_contour(tracker, frame, candidates[i].T_camera_object);
+    if (is_seen(result) && (!best || result.contour.score() > best->contour.score())) best = result;
+  }
+  if (best) tracker.reset(best->T_camera_object, frame, time_s);
+  return best;
+}
+
+std::optional<FrameResult> start_at(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
+                                    const ImageView& frame, std::optional<double> time_s) {
+  std::optional<FrameResult> best;
+  for (const PoseCandidate& candidate : candidates) {
+    if (candidate.T_camera_object.translation().z() <= 0) continue;
+    FrameResult result;
+    result.T_camera_object = candidate.T_camera_object;
+    for (int round = 0; round < kMostRounds; ++round) {
+      const Pose T_before = result.T_camera_object;
+      result = tracker.refine(frame, T_before);
+      if (result.status != Status::held || is_settled(T_before, result.T_camera_object)) break;
+    }
+    if (is_surely_found(result) && (!best || agreement(result) > agreement(*best))) best = result;
+  }
+  if (best) tracker.reset(best->T_camera_object, frame, time_s);
+  return best;
+}
+
+}  // namespace holdfast::detection
