@@ -26,9 +26,9 @@ constexpr double kBend = 6e-4;
 /// Iteration from which the contour's edges are searched closest, and steps, pixels, below which they are at once.
 constexpr int kClosestFrom = 3;
 constexpr double kCloseStep = 0.3;
-/// Ratio to what is known without it that the contour's information must reach for some motion to be asked. Texture is
-/// several times as sure as its equations say (its blocks agree better than that): this is about two per cent.
-constexpr double kNoticeable = 0.1;
+/// Ratio to what is known without it that the outline's information must reach for some motion to be asked: texture is
+/// several times as sure as its equations say (its blocks agree better than that), the outline less than its own.
+constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
