@@ -235,7 +235,7 @@ Alignment Pipeline::from_candidate(const PoseCandidate& candidate, const Relocal
   plan.finest = std::max(levels.coarsest - 1, state_.finest);
   plan.shift_search = true;
   plan.redraws = 0;
-  plan.measure = plan.expected = false;
+  plan.measure = plan.expected = plan.contour = false;  // texture proposed it
   Alignment start = aligner_.align(candidate.T_camera_object, plan, state_);
   for (int i = 1; i < kMostCoarseAlignments && start.solved && start.score < 1; ++i) {
     const Alignment again = aligner_.align(start.T_camera_object, plan, state_);
