@@ -13,7 +13,7 @@ constexpr double kLeastSide = 24;
 constexpr int kMostCoarser = 2;
 constexpr std::size_t kLeastLines = 12;
 /// A silhouette is drawn anew when it has moved by more than so many pixels of the level since: by shares, by colours.
-constexpr double kRedraw = 0.25, kCoarseRedraw = 1;
+constexpr double kRedraw = 0.5, kCoarseRedraw = 1;
 /// Lines that count as one observation: their errors are alike.
 constexpr double kLinesPerObservation = 12;
 /// Common shift of all lines out of the object, pixels, standard deviation: what mixed pixels, blur and light do to

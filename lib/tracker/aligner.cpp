@@ -26,9 +26,9 @@ constexpr double kBend = 6e-4;
 /// Iteration from which the contour's edges are searched closest, and steps, pixels, below which they are at once.
 constexpr int kClosestFrom = 3;
 constexpr double kCloseStep = 0.3;
-/// Ratio to what is known without it that the contour's information must reach for some motion to be asked. Texture is
-/// several times as sure as its equations say (its blocks agree better than that): this is about two per cent.
-constexpr double kNoticeable = 0.1;
+/// Ratio to what is known without it that the outline's information must reach for some motion to be asked: texture is
+/// several times as sure as its equations say (its blocks agree better than that), the outline less than its own.
+constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
@@ -37,6 +37,8 @@ constexpr int kMostStride = 4;
 constexpr double kHardly = 0.016;
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
+/// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
+constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs = 0.5;
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 
@@ -107,6 +109,7 @@ void Aligner::start_frame(const TrackingState& state, const MotionPrior& prior) 
   edges_.start_frame();
   times_ = {};
   solved_systems_ = 0;
+  nominal_ms_ = 0;
 }
 
 double Aligner::corner_motion(const Pose& T_a, const Pose& T_b) const {
@@ -153,6 +156,8 @@ bool Aligner::draw(const Pose& T_camera_object, int finest, int count, const Tra
   const bool drawn = view_.enqueue(view_request(T_camera_object, finest, count, state, imaging, across));
   times_.render += view_.render_ms();
   times_.filter -= view_.render_ms();
+  const Rect object = view_.bounds(T_camera_object);
+  nominal_ms_ += kViewMs + kPixelMs * object.width * object.height / (1 << (2 * finest));
   return drawn;
 }
 
@@ -236,6 +241,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       const TextureRequest request{level, state.finest, row_stride(level, state), true, state.left_unobservable};
       alignment.texture = texture_.linearize(view_, image_, D, request, alignment.imaging.texture);
       alignment.has_texture = true;
+      nominal_ms_ += kTextureMs;
       if (level > state.finest || expected_gradient_pixels_ <= 0) {
         expected_gradient_pixels_ =
             alignment.texture.sums.gradient * request.row_stride * (1 << (2 * (level - state.finest)));
@@ -269,6 +275,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
         equations += contour;
       }
     }
+    if (alignment.has_contour || alignment.has_edges) nominal_ms_ += kOutlineMs;
     alignment.solved = tells;
     if (!tells) return;
     ++solved_systems_;

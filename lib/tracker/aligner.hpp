@@ -68,6 +68,9 @@ class Aligner {
   ShiftSearch& shift_search() { return shift_search_; }
   StageTimes& times() { return times_; }
   int& solved_systems() { return solved_systems_; }
+  /// Work done for this frame, milliseconds on one core of an ordinary computer: counted, not measured, so that what
+  /// hangs on it does not hang on the machine.
+  double nominal_ms() const { return nominal_ms_; }
 
  private:
   ViewRequest view_request(const Pose& T_camera_object, int finest, int count, const TrackingState& state,
@@ -96,6 +99,7 @@ class Aligner {
   double expected_gradient_pixels_ = 0;
   StageTimes times_;
   int solved_systems_ = 0;
+  double nominal_ms_ = 0;
 };
 
 }  // namespace holdfast

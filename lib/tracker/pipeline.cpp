@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/stopwatch.hpp"
@@ -27,6 +28,8 @@ constexpr double kSettledPixels = 1.5;
 /// Share of the usual coarse score below which a candidate is not worth a finer level.
 constexpr double kHopelessScore = 0.1;
 constexpr int kMostCoarseAlignments = 3;
+/// Times a usual frame's work, and nominal milliseconds at least, after which a frame tries no other start.
+constexpr double kMostWork = 3, kLeastMs = 6;
 /// Share of texture in what is usually known, below which the whole picture is not searched by texture.
 constexpr double kLeastTrust = 0.2;
 /// Share of the lines near a found contour that must be near a turned one for the shape to be symmetrical, and the
@@ -153,6 +156,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     for (const Pose& pose : hypotheses) {
       starts.push_back(aligner_.align(pose, plan, state));
       if (!state.motion.lost() && starts.back().solved && as_usual(starts.back())) break;
+      if (aligner_.nominal_ms() > 0.5 * tuning_.recovery_budget_ms) break;
     }
     std::stable_sort(starts.begin(), starts.end(),
                      [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
@@ -162,6 +166,11 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     plain.T_camera_object = pose;
     starts.push_back(plain);
   }
+  // What is about to be lost is worth every start; what is lost is looked for in the next frames, too.
+  const auto most_ms = [&](const Alignment& alignment) {
+    if (held(alignment, state)) return std::max(kLeastMs, kMostWork * state.usual.frame_ms);
+    return state.motion.lost() ? tuning_.recovery_budget_ms : std::numeric_limits<double>::infinity();
+  };
   std::vector<Pose> tried;
   for (const Alignment& start : starts) {
     const auto same = [&](const Pose& pose) {
@@ -169,6 +178,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     };
     if (std::any_of(tried.begin(), tried.end(), same)) continue;
     if (tried.size() == kMostStarts) break;
+    if (!tried.empty() && aligner_.nominal_ms() > most_ms(best)) break;
     tried.push_back(start.T_camera_object);
     AlignmentPlan plan = fine_plan(std::max(coarse_finest - 1, finest), state);
     plan.light_from = start.solved && coarse_finest > finest ? coarse_finest : -1;
@@ -228,7 +238,7 @@ Alignment Pipeline::from_candidate(const PoseCandidate& candidate, const Relocal
   plan.finest = std::max(levels.coarsest - 1, state_.finest);
   plan.shift_search = true;
   plan.redraws = 0;
-  plan.measure = plan.expected = false;
+  plan.measure = plan.expected = plan.contour = false;  // texture proposed it
   Alignment start = aligner_.align(candidate.T_camera_object, plan, state_);
   for (int i = 1; i < kMostCoarseAlignments && start.solved && start.score < 1; ++i) {
     const Alignment again = aligner_.align(start.T_camera_object, plan, state_);
@@ -252,13 +262,15 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
     plan.expected = false;
     return aligner_.align(T_start, plan, state_);
   };
+  const double budget = tuning_.recovery_budget_ms;
+  const auto spent = [&] { return aligner_.nominal_ms() >= budget; };
   const bool was_lost = state_.motion.lost();
   if (was_lost && state_.motion.misses() < 12 && state_.motion.moving()) {
     const int level = std::min(finest + 1, tuning_.levels - 1);
     image_.enqueue_blur(level, coarser(uploaded_, level));
     for (const PoseCandidate& part : relocalizer_.search_parts(drawer, prior.T_camera_object, level)) {
       take_better(fine_from(part.T_camera_object, level));
-      if (held(best)) break;
+      if (held(best) || spent()) break;
     }
   }
   if (!held(best)) {
@@ -266,11 +278,16 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
     for (int level = std::max(levels.coarsest - 1, finest); level <= levels.swept; ++level) {
       image_.enqueue_blur(level, coarser(uploaded_, level));
     }
-    const std::vector<PoseCandidate> candidates = relocalizer_.search(drawer, levels, tuning_.recovery_budget_ms);
+    const double left = std::max(0.0, budget - aligner_.nominal_ms());
+    const std::vector<PoseCandidate> candidates = relocalizer_.search(drawer, levels, left);
     aligner_.shift_search().enqueue_gradients(image_, levels.coarsest);
     std::vector<Alignment> starts;
     std::vector<PoseCandidate> kept;
     for (const PoseCandidate& candidate : candidates) {
+      if (spent() && !starts.empty()) {  // the next frame looks at it
+        kept.push_back(candidate);
+        continue;
+      }
       Alignment start = from_candidate(candidate, levels);
       if (start.score < kHopelessScore) continue;
       kept.push_back({start.T_camera_object, start.score});
@@ -281,7 +298,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
     relocalizer_.keep(std::move(kept));
     for (const Alignment& start : starts) {
       take_better(fine_from(start.T_camera_object, std::max(levels.coarsest - 2, finest)));
-      if (held(best)) break;
+      if (held(best) || spent()) break;
     }
     if (is_probable(best, context(best, state_))) {
       for (const PoseCandidate& rival : relocalizer_.rivals(drawer, best.T_camera_object, levels.closer, finest)) {

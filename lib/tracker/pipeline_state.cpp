@@ -18,6 +18,8 @@ constexpr double kFilled = 0.6;
 /// Weights of a new frame: in scores, in the usual inlier ratio, in shares of information.
 constexpr double kScoreMemory = 0.2, kTextureMemory = 0.5, kRatioMemory = 0.02, kTrustMemory = 0.1,
                  kContourMemory = 0.1;
+/// The same in the work of a frame, and how many times the usual work counts at most.
+constexpr double kWorkMemory = 0.1, kMostWork = 2;
 /// Pixels from where its motion leads, beyond which a pose is as doubtful as after a loss.
 constexpr double kSurprise = 15;
 /// A pose within this many radians and object radii of the last frame's may be the same object moving on.
@@ -338,6 +340,8 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   if (usual && !searches_by_texture(state_)) outline_search_.remember(alignment.T_camera_object);
   learn_contour(alignment);
   learn_usual(alignment, first, state_);
+  const double ms = aligner_.nominal_ms(), usual_ms = state_.usual.frame_ms;
+  state_.usual.frame_ms += usual_ms > 0 ? kWorkMemory * (std::min(ms, kMostWork * usual_ms) - usual_ms) : ms;
   ++state_.usual.held_frames;
   state_.motion.update(alignment.T_camera_object, alignment.covariance, time);
   state_.seen = true;

@@ -24,6 +24,7 @@ struct UsualEvidence {
   double contour_excess = 8;  ///< by which the contour's information turned out too large beside texture
   double gain = 1;            ///< of the frame over the texture
   double unobservable = 0;    ///< share of the frames that leave a motion unobservable
+  double frame_ms = 0;        ///< nominal work of a held frame, running mean (Aligner::nominal_ms)
   int held_frames = 0;
 
   /// Of contour and edges before any is known: barely more than chance makes.
