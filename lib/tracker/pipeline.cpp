@@ -169,7 +169,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
   // What is about to be lost is worth every start; what is lost is looked for in the next frames, too.
   const auto most_ms = [&](const Alignment& alignment) {
     if (held(alignment, state)) return std::max(kLeastMs, kMostWork * state.usual.frame_ms);
-    return state.motion.lost() ? tuning_.recovery_budget_ms : std::numeric_limits<double>::infinity();
+    return state.motion.lost() ? 0.5 * tuning_.recovery_budget_ms : std::numeric_limits<double>::infinity();
   };
   std::vector<Pose> tried;
   for (const Alignment& start : starts) {
@@ -273,6 +273,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
       if (held(best) || spent()) break;
     }
   }
+  if (!was_lost && spent()) return;  // the search begins in the next frame
   if (!held(best)) {
     const Relocalizer::Levels levels = relocalizer_.levels_for(state_.motion.pose(), finest, tuning_.levels);
     for (int level = std::max(levels.coarsest - 1, finest); level <= levels.swept; ++level) {
