@@ -55,6 +55,7 @@ TrackedFrame make_frame(int index, Status status, double angle) {
                     .residual = 0.01 * (index + 1),
                     .correlation = 0.9};
   result.contour = {.asked = true, .lines = 100, .telling_lines = 90, .near_lines = 80, .agreement = 0.7};
+  result.edges = {.asked = true, .lines = 90, .near_lines = 60, .score = 0.6, .residual = 0.4};
   result.iterations = 7;
   result.ms = {0.1, 0.2, 0.3, 0.4, 0.5, 0.05, 2.0 + index};
   result.information(2, 3) = 42.5;
@@ -173,6 +174,7 @@ TEST_CASE("a JSON file is valid after every frame") {
   CHECK(frame["contour"]["lines"] == 100);
   CHECK(frame["contour"]["near"] == 80);
   CHECK(frame["contour"]["agreement"] == 0.7);
+  CHECK(frame["edges"] == nlohmann::json::parse(R"({"lines": 90, "near": 60, "score": 0.6, "residual": 0.4})"));
   CHECK(frame["ms"]["contour"] == 0.05);
   CHECK(whole["summary"]["held"] == 4);
   CHECK(whole["summary"]["held_by_contour"] == 1);
