@@ -311,9 +311,8 @@ TEST_CASE("A box without texture is found near where a guide has it") {
     ++seen;
     found += is_near(T_true, result->T_camera_object);
   }
-  CAPTURE(seen);
-  CHECK(found >= 8);
-  CHECK(seen - found <= 1);
+  CHECK(seen == found);
+  CHECK(found >= 6);  // most of them, in one frame each, before clutter of all colours
 }
 
 TEST_CASE("A guide finds nothing where the object is not") {
