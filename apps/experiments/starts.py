@@ -86,7 +86,8 @@ def starts(bench, step):
         lines.append((sequence, tried, at_once, right, "{:.0f} %".format(100 * right / tried), wrong))
     open_ones = [line for line in lines if line[0] in TEXTURED]
     total, found = sum(line[1] for line in open_ones), sum(line[3] for line in open_ones)
-    return table(["sequence", "starts", "right in the first frame", "right within 5 frames", "share", "wrong"], lines) + \
+    return "Every {}th frame is a start of its own.\n\n".format(step) + \
+        table(["sequence", "starts", "right in the first frame", "right within 5 frames", "share", "wrong"], lines) + \
         "\nWithout occluders {} of {} ({:.0f} %) are right within 5 frames.\n".format(found, total, 100 * found / total)
 
 
@@ -216,7 +217,7 @@ def main():
     parser.add_argument("--program", required=True)
     parser.add_argument("--sequences", type=pathlib.Path, required=True)
     parser.add_argument("--parts", default=",".join(PARTS))
-    parser.add_argument("--step", type=int, default=10, help="every so manieth frame is a start; more trials where fewer")
+    parser.add_argument("--step", type=int, default=10, help="frames from a start to the next; the fewer, the more trials")
     parser.add_argument("--document", type=pathlib.Path, default=pathlib.Path("docs/results/starts.md"))
     arguments = parser.parse_args()
     for part in arguments.parts.split(","):

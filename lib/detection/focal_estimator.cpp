@@ -17,8 +17,10 @@ constexpr int kRounds = 2, kHalvings = 24;
 constexpr double kStep = 0.02;
 /// Matches that say the same: features of all sizes overlap.
 constexpr double kRepeated = 4;
-/// What lens distortion that is not known does to it, share.
-constexpr double kLeastSigma = 0.004;
+/// Parts of the frames that are compared, and frames that a part has at least.
+constexpr std::size_t kParts = 5, kLeastOfPart = 2;
+/// What lens distortion that is not known does to it at least, share.
+constexpr double kLeastSigma = 0.01;
 
 }  // namespace
 
@@ -77,6 +79,25 @@ struct FocalEstimator::Impl {
     return std::exp(0.5 * (a + b));
   }
 
+  /// Variance of the mean of what parts of the frames give alone: what is wrong in a view alike (the model, its
+  /// texture) shows there. 0 where there are too few frames.
+  double variance_of_parts(const std::vector<Consensus>& seen, double focal) const {
+    const std::size_t parts = std::min(kParts, seen.size() / kLeastOfPart);
+    if (parts < 2) return 0;
+    std::vector<double> estimates;
+    for (std::size_t i = 0; i < parts; ++i) {
+      const auto at = [&](std::size_t part) {
+        return seen.begin() + static_cast<std::ptrdiff_t>(part * seen.size() / parts);
+      };
+      std::vector<Consensus> part(at(i), at(i + 1));
+      estimates.push_back(best_focal(part, 0.8 * focal, focal / 0.8));
+    }
+    double mean = 0, square = 0;
+    for (const double estimate : estimates) mean += estimate / static_cast<double>(parts);
+    for (const double estimate : estimates) square += (estimate - mean) * (estimate - mean);
+    return square / static_cast<double>(parts * (parts - 1));
+  }
+
   Camera camera;
   Matcher matcher;
   std::vector<Matches> frames;
@@ -123,7 +144,8 @@ std::optional<FocalEstimate> FocalEstimator::estimate() const {
   const double here = impl_->cost(seen, focal), step = kStep * focal;
   const double above = impl_->cost(seen, focal + step), below = impl_->cost(seen, focal - step);
   const double curvature = std::max((above - 2 * here + below) / (step * step), 1e-12);
-  const double variance = 2 * kRepeated * here / std::max(1.0, rows) / curvature;
+  const double variance =
+      std::max(2 * kRepeated * here / std::max(1.0, rows) / curvature, impl_->variance_of_parts(seen, focal));
   return FocalEstimate{focal, std::hypot(std::sqrt(variance), kLeastSigma * focal), static_cast<int>(seen.size())};
 }
 

@@ -10,9 +10,10 @@ namespace {
 constexpr double kRatio = 0.4, kCorrelation = 0.85;
 constexpr double kPartRatio = 0.25, kPartCorrelation = 0.95;
 constexpr int kLeastPixels = 300;
-/// Of a guided start, whose model may have no texture: the contour's score, and the share of its lines with the edge
-/// next to the contour. In frames of other scenes they stay below 0.55 and 0.77.
-constexpr double kContourScore = 0.62, kNear = 0.82;
+/// Of a guided start, whose model may have no texture: the contour's score, or less of it where the model's edges agree
+/// too, and the share of the contour's lines with the edge next to it. In frames of other scenes the contour's score
+/// stays below 0.55 and that share below 0.8.
+constexpr double kContourScore = 0.62, kContourBesideEdges = 0.5, kEdgeScore = 0.75, kNear = 0.82;
 constexpr std::size_t kMostRefined = 3;
 /// A pose is refined until it moves by less than this: radians, and shares of its distance.
 constexpr int kMostRounds = 3;
@@ -51,8 +52,9 @@ FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const P
 
 bool is_surely_found_by_contour(const FrameResult& result) {
   const ContourEvidence& contour = result.contour;
-  return result.status == Status::held && contour.asked && contour.score() >= kContourScore &&
-         contour.near_lines >= kNear * contour.lines;
+  const bool fits =
+      contour.score() >= kContourScore || (contour.score() >= kContourBesideEdges && result.edges.score >= kEdgeScore);
+  return result.status == Status::held && contour.asked && fits && contour.near_lines >= kNear * contour.lines;
 }
 
 }  // namespace
