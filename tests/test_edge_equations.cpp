@@ -30,13 +30,11 @@ struct Scene {
         camera(its_camera),
         extent{mesh.center().cast<double>(), mesh.radius()},
         samples(model_edges(mesh, 240)),
-        lines(test::lines_at(samples, T, camera)) {
-    for (const EdgeSample& sample : samples) chains = std::max(chains, sample.chain + 1);
-  }
+        lines(test::lines_at(samples, T, camera)) {}
 
   /// Of lines that find their edges `offset(i)` pixels along their normals.
   EdgeSums sums(const std::function<double(std::size_t)>& offset, const Pose& D = Pose::Identity()) const {
-    EdgeSums result({T * extent.p_object_center, extent.radius}, chains);
+    EdgeSums result({T * extent.p_object_center, extent.radius});
     for (std::size_t i = 0; i < lines.size(); ++i) result.add(lines[i], D, camera, samples[i].chain, 0.8, offset(i));
     return result;
   }
@@ -52,7 +50,6 @@ struct Scene {
   Extent extent;
   std::vector<EdgeSample> samples;
   std::vector<VisibleEdge> lines;
-  int chains = 0;
 };
 
 Scene block_scene() { return {test::block({0.16F, 0.1F, 0.06F}), posed({0.03, -0.02, 0.6}, {0.5, 0.6, 0.2})}; }
@@ -115,7 +112,7 @@ TEST_CASE("what all edges of a chain are off by together hardly moves the object
   const Scene scene = block_scene();
   const auto noise = [](std::size_t i) { return 0.3 * std::sin(12.9 * static_cast<double>(i)); };
   const Twist before = solution(scene.sums(noise).equations(scene.T));
-  for (int chain = 0; chain < scene.chains; ++chain) {
+  for (int chain = 0; chain <= scene.samples.back().chain; ++chain) {
     CAPTURE(chain);
     constexpr double kShift = 1;
     const auto shifted = [&](std::size_t i) { return noise(i) + (scene.samples[i].chain == chain ? kShift : 0); };
@@ -149,9 +146,9 @@ TEST_CASE("lines that scatter tell less, as the inverse of their variance; more 
   CHECK(sums(0).equations(scene.T).A.trace() == doctest::Approx(sums(0.05).equations(scene.T).A.trace()).epsilon(0.01));
   CHECK(sums(0).equations(scene.T).A.allFinite());
 
-  EdgeSums twice({scene.T * scene.extent.p_object_center, scene.extent.radius}, scene.chains);
-  for (int n = 0; n < 2; ++n) {
-    for (std::size_t i = 0; i < scene.lines.size(); ++i)
+  EdgeSums twice({scene.T * scene.extent.p_object_center, scene.extent.radius});
+  for (std::size_t i = 0; i < scene.lines.size(); ++i) {
+    for (int n = 0; n < 2; ++n)
       twice.add(scene.lines[i], Pose::Identity(), scene.camera, scene.samples[i].chain, 0.8, 0.5 * noise[i]);
   }
   // Nearly twice as much: what all edges of a chain are off by is the same.
@@ -161,7 +158,7 @@ TEST_CASE("lines that scatter tell less, as the inverse of their variance; more 
   CHECK(A.isApprox(A.transpose()));
   CHECK(Eigen::SelfAdjointEigenSolver<Matrix6>(A).eigenvalues()(0) > 0);
 
-  const EdgeSums none({scene.T * scene.extent.p_object_center, scene.extent.radius}, scene.chains);
+  const EdgeSums none({scene.T * scene.extent.p_object_center, scene.extent.radius});
   CHECK(none.equations(scene.T).A.isZero());
   CHECK(none.equations(scene.T).h.isZero());
   CHECK(none.variance() == 0);

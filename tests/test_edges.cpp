@@ -198,7 +198,7 @@ TEST_CASE("edges alone lead back a pose that is some pixels off, and see hardly 
 TEST_CASE("edges of a frame that look as they are known to are told from others beside them") {
   Looking looking(grey_box().greys[0]);
   const Pose T_true = grey_box().pose(0);
-  EdgeMemory memory;
+  EdgeMemory memory = looking.edges.no_memory();
   looking.edges.learn(T_true, 0, memory);
   REQUIRE_FALSE(memory.looks.empty());
   const auto known = std::count_if(memory.looks.begin(), memory.looks.end(),

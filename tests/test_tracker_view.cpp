@@ -90,6 +90,7 @@ TEST_CASE("an object of many colours is held in monochrome frames, in every qual
     tracker.reset(sequence.pose(0));
     as_color.reset(sequence.pose(0));
     cv::Mat held;
+    int used = 0, used_as_color = 0;
     for (int i = 0; i < sequence.size(); ++i) {
       CAPTURE(i);
       cv::Mat grey;
@@ -100,8 +101,10 @@ TEST_CASE("an object of many colours is held in monochrome frames, in every qual
       const test::PoseError error = test::pose_error(sequence.pose(i), result.T_camera_object);
       CHECK(error.millimetres < test.millimetres);
       CHECK(error.degrees < test.degrees);
-      // Taken for colours, many of its gradients are unlike the model's.
-      CHECK(result.texture.used_pixels > 1.2 * as_color.track(test::view_of(frame)).texture.used_pixels);
+      used += result.texture.used_pixels;
+      used_as_color += as_color.track(test::view_of(frame)).texture.used_pixels;
     }
+    // Taken for colours, many of its gradients are unlike the model's.
+    CHECK(used > 1.2 * used_as_color);
   }
 }

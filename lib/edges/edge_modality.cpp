@@ -50,7 +50,14 @@ EdgeModality::EdgeModality(const Device::Impl& device, const std::vector<Level>&
       shape_(shape),
       image_(image),
       candidates_(device, levels) {
-  for (const EdgeSample& sample : samples_) chains_ = std::max(chains_, sample.chain + 1);
+  edges_.reserve(samples_.size());
+  support_.reserve(EdgeCandidates::kMostLines * HF_EDGE_CANDIDATES);
+}
+
+EdgeMemory EdgeModality::no_memory() const {
+  EdgeMemory memory;
+  memory.looks.resize(samples_.size());
+  return memory;
 }
 
 bool EdgeModality::look(const Pose& T_camera_object, int level, const EdgeMemory& memory) {
@@ -131,7 +138,7 @@ EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, const 
   terms.found = true;
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const Pose D = renormalized(T_camera_object * T_lines_.inverse());
-  EdgeSums sums({T_lines_ * extent_.p_object_center, extent_.radius}, chains_);
+  EdgeSums sums({T_lines_ * extent_.p_object_center, extent_.radius});
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const VisibleEdge& edge = edges_[i];
     if ((D * edge.p_camera).z() < kLeastDepth) continue;
@@ -162,7 +169,6 @@ double EdgeModality::coherence(const Pose& T_camera_object, int level) {
 
 void EdgeModality::learn(const Pose& T_camera_object, int finest, EdgeMemory& memory) {
   if (!look(T_camera_object, finest, memory)) return;
-  if (memory.looks.empty()) memory.looks.resize(samples_.size());
   const Camera& camera = levels_[static_cast<std::size_t>(finest)].camera;
   const Pose D = renormalized(T_camera_object * T_lines_.inverse());
   for (std::size_t i = 0; i < edges_.size(); ++i) {

@@ -39,6 +39,8 @@ class EdgeModality {
   /// Whether the model has edges to go by.
   bool has_edges() const { return !samples_.empty(); }
   void start_frame() { level_ = -1; }
+  /// What is known of how the edges look before any frame.
+  EdgeMemory no_memory() const;
 
   /// Rows and their normal equations at this pose on a level; `memory`: what edges look like.
   EdgeTerms linearize(const Pose& T_camera_object, int level, const EdgeSearch& search, const EdgeMemory& memory);
@@ -47,7 +49,7 @@ class EdgeModality {
   /// few.
   double coherence(const Pose& T_camera_object, int level);
 
-  /// Adds how the edges look at this pose to `memory`.
+  /// Adds how the edges look at this pose to `memory`, which began as no_memory().
   void learn(const Pose& T_camera_object, int finest, EdgeMemory& memory);
 
  private:
@@ -67,7 +69,6 @@ class EdgeModality {
   const std::vector<Level>& levels_;
   Extent extent_;
   std::vector<EdgeSample> samples_;
-  int chains_ = 0;
   DepthView& shape_;
   DeviceImage& image_;
   EdgeCandidates candidates_;

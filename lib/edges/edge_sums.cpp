@@ -19,9 +19,6 @@ constexpr double kAstray = 0.1;
 
 }  // namespace
 
-EdgeSums::EdgeSums(const Conditioning& conditioning, int chains)
-    : conditioning_(conditioning), shifts_(static_cast<std::size_t>(chains)) {}
-
 Twist EdgeSums::row(const Eigen::Vector3d& p_camera, const Pose& D, const Eigen::Vector2d& direction,
                     const Camera& camera, const Conditioning& conditioning) {
   const Eigen::Vector3d p = D * p_camera;
@@ -35,6 +32,11 @@ Twist EdgeSums::row(const Eigen::Vector3d& p_camera, const Pose& D, const Eigen:
 
 void EdgeSums::add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double probability,
                    double offset) {
+  if (chain != chain_) {
+    eliminate(A_, h_);
+    shift_ = {};
+    chain_ = chain;
+  }
   const Twist across = row(edge.p_camera, D, edge.normal, camera, conditioning_);
   const Twist along = row(edge.p_camera, D, {-edge.normal.y(), edge.normal.x()}, camera, conditioning_);
   A_ += probability * across * across.transpose();
@@ -42,10 +44,15 @@ void EdgeSums::add(const VisibleEdge& edge, const Pose& D, const Camera& camera,
   astray_ += probability * kAstray * kAstray * along * along.transpose();
   weighted_square_ += probability * offset * offset;
   rows_ += probability;
-  Shift& shift = shifts_[static_cast<std::size_t>(chain)];
-  shift.coupling += probability * across;
-  shift.weight += probability;
-  shift.offset += probability * offset;
+  shift_.coupling += probability * across;
+  shift_.weight += probability;
+  shift_.offset += probability * offset;
+}
+
+void EdgeSums::eliminate(Matrix6& A, Twist& h) const {
+  const double information = shift_.weight + kLinesPerObservation / kChainShift;
+  A -= shift_.coupling * shift_.coupling.transpose() / information;
+  h -= shift_.coupling * shift_.offset / information;
 }
 
 double EdgeSums::variance() const { return rows_ > 0 ? std::max(kLeastVariance, weighted_square_ / rows_) : 0; }
@@ -54,11 +61,7 @@ NormalEquations EdgeSums::equations(const Pose& T_lines) const {
   if (rows_ <= 0) return {};
   Matrix6 A = A_;
   Twist h = h_;
-  for (const Shift& shift : shifts_) {
-    const double information = shift.weight + kLinesPerObservation / kChainShift;
-    A -= shift.coupling * shift.coupling.transpose() / information;
-    h -= shift.coupling * shift.offset / information;
-  }
+  eliminate(A, h);
   const double unit = kLinesPerObservation * variance();
   const UnobservableMotions hidden = unobservable_motions(A, astray_);
   return NormalEquations::from_camera_axes(hidden.of(A) / unit, hidden.observable.transpose() * h / unit, T_lines);

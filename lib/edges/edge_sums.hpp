@@ -1,7 +1,5 @@
 #pragma once
 
-#include <vector>
-
 #include "edges/visible_edges.hpp"
 #include "solve/conditioning.hpp"
 #include "solve/normal_equations.hpp"
@@ -11,11 +9,10 @@ namespace holdfast {
 /// Sums over the rows of lines across edges, and their normal equations (equations 34 to 36 of docs/math.md).
 class EdgeSums {
  public:
-  /// `chains`: how many the model has.
-  EdgeSums(const Conditioning& conditioning, int chains);
+  explicit EdgeSums(const Conditioning& conditioning) : conditioning_(conditioning) {}
 
   /// A line that has moved by D since it was laid and whose edge is found `offset` pixels along its normal, with this
-  /// probability.
+  /// probability. Lines of a chain follow each other.
   void add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double probability, double offset);
 
   double rows() const { return rows_; }
@@ -36,12 +33,15 @@ class EdgeSums {
     double weight = 0, offset = 0;
   };
 
+  void eliminate(Matrix6& A, Twist& h) const;
+
   Conditioning conditioning_;
   Matrix6 A_ = Matrix6::Zero();
   Twist h_ = Twist::Zero();
   Matrix6 astray_ = Matrix6::Zero();  ///< what errors of the directions would make of A
   double weighted_square_ = 0, rows_ = 0;
-  std::vector<Shift> shifts_;
+  int chain_ = -1;  ///< of the last line
+  Shift shift_;     ///< of that chain, not yet eliminated
 };
 
 }  // namespace holdfast

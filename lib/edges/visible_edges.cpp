@@ -3,13 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "device/shared.h"
+
 namespace holdfast {
 namespace {
 
 /// Pixels beside an edge at which its faces are looked for.
 constexpr double kBeside = 1.5;
+/// Depth where nothing is drawn, metres.
+constexpr double kNothing = 1e9;
 /// Shortest projection of a sample's direction, over its length, that still has a normal.
 constexpr double kLeastSlant = 0.05;
+/// Cosine of the angle between faces that are one smooth surface.
+constexpr float kSmoothCosine = 0.866F;
 /// Pixels between samples of a chain, at least: nearer ones say the same.
 constexpr double kLeastPixels = 1.5;
 /// Times the tolerance that what is seen beside an edge lies behind it where the object ends there.
@@ -46,23 +52,26 @@ void visible_edges(const std::vector<EdgeSample>& samples, const Pose& T_camera_
                                     camera.fy * (t.y() - t.z() * edge.p_camera.y() / z));
     if (direction.norm() < kLeastSlant * camera.fx) continue;
     edge.normal = Eigen::Vector2d(-direction.y(), direction.x()).normalized();
-    const auto beside = [&](double side) {
-      const Eigen::Vector2d at = edge.pixel + side * kBeside * edge.normal;
+    const auto beside = [&](double side) {  // pixels along the normal
+      const Eigen::Vector2d at = edge.pixel + side * edge.normal;
       const float depth = drawn.at(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())));
-      return depth < 1.0F ? drawn.range.metric(static_cast<double>(depth)) : 1e9;
+      return depth < 1.0F ? drawn.range.metric(static_cast<double>(depth)) : kNothing;
     };
-    const double left = beside(1), right = beside(-1);
+    const double left = beside(kBeside), right = beside(-kBeside);
     if (std::max(left, right) < z - tolerance) continue;
+    // Where a smooth surface turns away its outline lies beside a border on it, and looks like it.
+    const bool smooth = sample.first.dot(sample.second) > kSmoothCosine;
+    if (smooth && !(beside(HF_EDGE_REACH + 1) < kNothing && beside(-HF_EDGE_REACH - 1) < kNothing)) continue;
     edge.outward = (left > z + kFar * tolerance ? 1 : 0) - (right > z + kFar * tolerance ? 1 : 0);
     edge.sample = static_cast<int>(i);
     visible.push_back(edge);
   }
   if (visible.size() <= most) return;
-  std::vector<VisibleEdge> every;
   const double step = static_cast<double>(visible.size()) / static_cast<double>(most);
-  for (std::size_t i = 0; i < most; ++i)
-    every.push_back(visible[static_cast<std::size_t>((static_cast<double>(i) + 0.5) * step)]);
-  visible = std::move(every);
+  for (std::size_t i = 0; i < most; ++i) {
+    visible[i] = visible[static_cast<std::size_t>((static_cast<double>(i) + 0.5) * step)];
+  }
+  visible.resize(most);
 }
 
 }  // namespace holdfast

@@ -44,6 +44,7 @@ TextureModality::TextureModality(const Device::Impl& device, const std::vector<L
       constraints_(device, levels),
       photometry_(device, levels, tuning.photometric) {
   tiles_.reserve(static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y()));
+  block_strip_.reserve(static_cast<std::size_t>(levels[0].tiles_x()));
 }
 
 void TextureModality::start(const TextureState& state) {

@@ -70,14 +70,8 @@ NormalEquations without_hidden(NormalEquations contour, const TextureTerms& text
   return contour;
 }
 
-/// How closely contour and edges are searched.
-struct OutlineSearch {
-  const ContourSearch& contour;
-  const EdgeSearch& edges;
-};
-
 /// They are searched closer and closer.
-OutlineSearch search_for(int level, int finest, int iteration, double last_step) {
+OutlineCloseness search_for(int level, int finest, int iteration, double last_step) {
   if (level > finest || iteration == 0) return {kCoarseSearch, kCoarseEdgeSearch};
   if (iteration < kClosestFrom && last_step > kCloseStep) return {kCloseSearch, kCloseEdgeSearch};
   return {kClosestSearch, kClosestEdgeSearch};
@@ -235,6 +229,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
   for (int i = 0; i < kContourIterations; ++i) {
     const Pose& T = alignment.T_camera_object;
     NormalEquations equations = prior_equations(T, plan, T_start);
+    const OutlineCloseness search = search_for(level, state.finest, i, last_step);
     bool tells = false, spared = false;
     if (state.textured) {
       const Pose D = renormalized(T * view_.T_camera_object().inverse());
@@ -250,32 +245,12 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       spared = tells && spares_contour(alignment.texture, equations, state);
       equations += alignment.texture.equations;
     }
-    const bool outlined = plan.contour && tuning_.contour && !spared && level <= contour_.coarsest(T, state.finest);
-    const OutlineSearch search = search_for(level, state.finest, i, last_step);
-    if (outlined && edges_.has_edges() && tuning_.edges) {
+    if (plan.contour && tuning_.contour && !spared && level <= contour_.coarsest(T, state.finest)) {
       const Stopwatch watch(times_.contour);
-      alignment.edges = edges_.linearize(T, level, search.edges, state.edges);
-      alignment.has_edges = alignment.edges.found;
-      if (alignment.edges.found) {
-        tells = true;
-        NormalEquations edges = alignment.edges.equations;
-        if (state.textured) edges *= 1 / state.usual.contour_excess;
-        equations += edges;
-      }
+      look_at_outline(alignment, level, search, state);
+      tells = tells || alignment.has_contour || alignment.has_edges;
+      equations += outline_equations(alignment, state);
     }
-    if (outlined && state.colors.known()) {
-      const Stopwatch watch(times_.contour);
-      alignment.contour = contour_.linearize(T, level, search.contour);
-      alignment.has_contour = alignment.contour.found;
-      if (alignment.contour.found) {
-        tells = true;
-        NormalEquations contour = alignment.contour.equations;
-        if (state.textured) contour = without_hidden(contour, alignment.texture, view_.T_camera_object());
-        if (state.textured) contour *= 1 / state.usual.contour_excess;
-        equations += contour;
-      }
-    }
-    if (alignment.has_contour || alignment.has_edges) nominal_ms_ += kOutlineMs;
     alignment.solved = tells;
     if (!tells) return;
     ++solved_systems_;
@@ -301,6 +276,29 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
     if (!outline && i + 1 >= tuning_.iterations) break;
   }
   alignment.score = score(alignment, state, finest ? state.usual.expected_texture_score() : state.usual.coarse_score);
+}
+
+void Aligner::look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search,
+                              const TrackingState& state) {
+  const Pose& T = alignment.T_camera_object;
+  if (tuning_.edges && edges_.has_edges()) {
+    alignment.edges = edges_.linearize(T, level, search.edges, state.edges);
+    alignment.has_edges = alignment.edges.found;
+  }
+  if (state.colors.known()) {
+    alignment.contour = contour_.linearize(T, level, search.contour);
+    alignment.has_contour = alignment.contour.found;
+  }
+}
+
+NormalEquations Aligner::outline_equations(const Alignment& alignment, const TrackingState& state) const {
+  NormalEquations outline;
+  if (alignment.has_edges) outline += alignment.edges.equations;
+  if (alignment.has_contour) outline += alignment.contour.equations;
+  if (!state.textured) return outline;
+  outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
+  outline *= 1 / state.usual.contour_excess;
+  return outline;
 }
 
 double Aligner::score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const {
@@ -331,11 +329,7 @@ void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const Tra
         texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
     if (!alignment.has_contour && !alignment.has_edges) return;
   }
-  if (alignment.has_edges) others += alignment.edges.equations.A / (state.textured ? state.usual.contour_excess : 1);
-  if (alignment.has_contour) {
-    others += without_hidden(alignment.contour.equations, alignment.texture, view_.T_camera_object()).A /
-              (state.textured ? state.usual.contour_excess : 1);
-  }
+  others += outline_equations(alignment, state).A;
   if (state.textured) {
     alignment.covariance =
         texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;

@@ -28,6 +28,12 @@ struct AlignmentPlan {
   bool contour = true;        ///< the contour is asked where it can change the pose
 };
 
+/// How closely contour and edges are searched.
+struct OutlineCloseness {
+  const ContourSearch& contour;
+  const EdgeSearch& edges;
+};
+
 /// One Gauss-Newton loop, coarse to fine: linearizes every modality at the pose, adds their normal equations to those
 /// of the motion prior, steps, until the step is small.
 class Aligner {
@@ -81,6 +87,10 @@ class Aligner {
   void measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state, const Pose& T_start);
   bool spares_contour(const TextureTerms& texture, const NormalEquations& prior, const TrackingState& state) const;
   void shift(Alignment& alignment, int level);
+  /// What contour and edges say at the alignment's pose, and the equations of both: beside a texture without the
+  /// motions that it does not show and they hardly do.
+  void look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search, const TrackingState& state);
+  NormalEquations outline_equations(const Alignment& alignment, const TrackingState& state) const;
 
   const Device::Impl& device_;
   const std::vector<Level>& levels_;

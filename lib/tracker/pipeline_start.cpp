@@ -35,8 +35,10 @@ void Pipeline::reset(const Pose& T_camera_object) {
   state_ = TrackingState(extent_);
   state_.textured = has_appearance_;
   state_.faceted = faceted_;
+  state_.edges = aligner_.edges().no_memory();
   state_.finest = 0;
   state_.motion.reset(renormalized(T_camera_object));
+  tried_ = state_;  // so that frames allocate nothing
   last_time_.reset();
   frames_ = 0;
   aligner_.contour().use_colors(state_.colors);

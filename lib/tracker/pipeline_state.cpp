@@ -170,7 +170,8 @@ bool Pipeline::start_as_given(const Pose& T_camera_object) {
   if (!tuning_.edges || !tuning_.contour || tuning_.paper() || !aligner_.edges().has_edges()) return false;
   const int level = std::min(state_.finest + 1, aligner_.contour().coarsest(T_camera_object, state_.finest));
   if (aligner_.edges().coherence(T_camera_object, level) < kMostlyCoherent) return false;
-  state_.edges = {.looks = {}, .off_model = true};
+  state_.edges = aligner_.edges().no_memory();
+  state_.edges.off_model = true;
   aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
   see(T_camera_object, true, state_);
   return true;
