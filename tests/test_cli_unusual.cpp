@@ -261,7 +261,7 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
 
 TEST_CASE("An overlay that a kill cuts off can be played as far as it goes") {
   const cv::Mat frame = cv::imread((inputs().folder() / "frames/0.png").string());
-  constexpr int kLong = 1500, kKilledAt = 350;
+  constexpr int kLong = 1500, kKilledAt = 600;
   cv::VideoWriter video((inputs().folder() / "long.avi").string(), cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30,
                         frame.size());
   REQUIRE(video.isOpened());

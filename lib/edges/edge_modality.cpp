@@ -21,7 +21,7 @@ constexpr double kAlone = 0.1;
 /// Weight of an edge that goes on along the model's.
 constexpr float kCoherent = 0.4F;
 /// Weight of what is no edge of the model on a line.
-constexpr double kOther = 0.1;
+constexpr double kOther = 0.2;
 /// Pixels of the level within which a line's most telling edge is next to the model's.
 constexpr double kNear = 1.5;
 /// Least weight of all edges of a line that make a row, and depth of a point in front of the camera, metres.
@@ -128,7 +128,9 @@ EdgeModality::Found EdgeModality::found_on(std::size_t line, double expected, do
     offset += w * off;
   }
   if (weight < kLeastWeight) return {0, 0, std::abs(best) < kNear};
-  return {weight / (weight + kOther), offset / weight, std::abs(best) < kNear};
+  // A row that may be of another edge loses information twice: by its weight and by what that weight is not sure of.
+  const double chance = weight / (weight + kOther);
+  return {chance * chance, offset / weight, std::abs(best) < kNear};
 }
 
 EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, const EdgeSearch& search,
@@ -145,8 +147,8 @@ EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, const 
     const Found found = found_on(i, displacement(edge, D, camera) + usual_offset(edge, level, memory), search.window);
     terms.lines += 1;
     terms.near += found.near ? 1 : 0;
-    if (found.probability <= 0) continue;
-    sums.add(edge, D, camera, samples_[static_cast<std::size_t>(edge.sample)].chain, found.probability, found.offset);
+    if (found.weight <= 0) continue;
+    sums.add(edge, D, camera, samples_[static_cast<std::size_t>(edge.sample)].chain, found.weight, found.offset);
   }
   if (sums.rows() < 6) return terms;
   terms.variance = sums.variance();

@@ -53,10 +53,10 @@ class EdgeModality {
   void learn(const Pose& T_camera_object, int finest, EdgeMemory& memory);
 
  private:
-  /// What a line tells: the chance that one of its edges is the model's, how far that is from where it is expected,
-  /// pixels, and whether its most telling edge is next to that.
+  /// What a line tells: what is left of its information where one of its edges may be the model's, how far that is from
+  /// where it is expected, pixels, and whether its most telling edge is next to that.
   struct Found {
-    double probability = 0, offset = 0;
+    double weight = 0, offset = 0;
     bool near = false;
   };
 

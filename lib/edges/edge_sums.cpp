@@ -30,7 +30,7 @@ Twist EdgeSums::row(const Eigen::Vector3d& p_camera, const Pose& D, const Eigen:
   return result;
 }
 
-void EdgeSums::add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double probability,
+void EdgeSums::add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double weight,
                    double offset) {
   if (chain != chain_) {
     eliminate(A_, h_);
@@ -39,14 +39,14 @@ void EdgeSums::add(const VisibleEdge& edge, const Pose& D, const Camera& camera,
   }
   const Twist across = row(edge.p_camera, D, edge.normal, camera, conditioning_);
   const Twist along = row(edge.p_camera, D, {-edge.normal.y(), edge.normal.x()}, camera, conditioning_);
-  A_ += probability * across * across.transpose();
-  h_ += probability * offset * across;
-  astray_ += probability * kAstray * kAstray * along * along.transpose();
-  weighted_square_ += probability * offset * offset;
-  rows_ += probability;
-  shift_.coupling += probability * across;
-  shift_.weight += probability;
-  shift_.offset += probability * offset;
+  A_ += weight * across * across.transpose();
+  h_ += weight * offset * across;
+  astray_ += weight * kAstray * kAstray * along * along.transpose();
+  weighted_square_ += weight * offset * offset;
+  rows_ += weight;
+  shift_.coupling += weight * across;
+  shift_.weight += weight;
+  shift_.offset += weight * offset;
 }
 
 void EdgeSums::eliminate(Matrix6& A, Twist& h) const {

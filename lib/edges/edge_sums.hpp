@@ -12,8 +12,8 @@ class EdgeSums {
   explicit EdgeSums(const Conditioning& conditioning) : conditioning_(conditioning) {}
 
   /// A line that has moved by D since it was laid and whose edge is found `offset` pixels along its normal, with this
-  /// probability. Lines of a chain follow each other.
-  void add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double probability, double offset);
+  /// weight. Lines of a chain follow each other.
+  void add(const VisibleEdge& edge, const Pose& D, const Camera& camera, int chain, double weight, double offset);
 
   double rows() const { return rows_; }
   /// Mean square of the offsets, square pixels.

@@ -60,9 +60,11 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
       best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
-      if (searches_by_texture(state_)) {
+      // Where both may find it they take turns.
+      const bool outline = searches_by_outline(state_) && state_.motion.lost();
+      if (searches_by_texture(state_) && !(outline && state_.motion.misses() % 2 == 0)) {
         relocalize(prior_, best);
-      } else if (state_.motion.lost()) {
+      } else if (outline) {
         relocalize_by_outline(prior_, best);
       }
     }
@@ -80,6 +82,17 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
 }
 
 Alignment Pipeline::follow(const MotionPrior& prior) {
+  if (!state_.seen && state_.textured && tuning_.contour) {
+    // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
+    tried_ = state_;
+    tried_.textured = false;
+    const Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
+    see(outline.T_camera_object, false, state_);
+    const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
+    if (held(mended) && as_usual(mended)) return mended;
+    const Alignment given = follow_fully({prior.T_camera_object}, true, state_);
+    return given.score > mended.score ? given : mended;
+  }
   if (std::optional<Alignment> direct = follow_directly(prior)) return *direct;
   return follow_fully(hypotheses(prior), true, state_);
 }
@@ -315,6 +328,10 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
 
 bool Pipeline::searches_by_texture(const TrackingState& state) const {
   return state.textured && state.usual.texture_trust >= kLeastTrust;
+}
+
+bool Pipeline::searches_by_outline(const TrackingState& state) const {
+  return tuning_.contour && (!state.textured || state.usual.texture_trust < kLeads);
 }
 
 void Pipeline::relocalize_by_outline(const MotionPrior& prior, Alignment& best) {

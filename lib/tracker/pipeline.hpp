@@ -64,6 +64,8 @@ class Pipeline {
   void tell_apart(Alignment& found);
   /// Whether texture tells enough to look for a lost object by it.
   bool searches_by_texture(const TrackingState& state) const;
+  /// Whether it is looked for by its outline.
+  bool searches_by_outline(const TrackingState& state) const;
   /// Whether an object that is lost has been seen in so many frames in a row that it is expected there.
   bool seen_often_enough(const TrackingState& state) const;
   Alignment settled(const Alignment& alignment);

@@ -338,7 +338,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   } else {
     state_.visible_pixels = alignment.contour.visible_pixels;
   }
-  if (usual && !searches_by_texture(state_)) outline_search_.remember(alignment.T_camera_object);
+  if (usual && searches_by_outline(state_)) outline_search_.remember(alignment.T_camera_object);
   learn_contour(alignment);
   learn_usual(alignment, first, state_);
   const double ms = aligner_.nominal_ms(), usual_ms = state_.usual.frame_ms;
@@ -374,8 +374,8 @@ bool Pipeline::goes_on(const Pose& T_from, const Pose& T_to, double most_turn) c
 }
 
 bool Pipeline::seen_often_enough(const TrackingState& state) const {
-  if (searches_by_texture(state)) return state.probable_frames * kAppearancesAFrame >= relocalizer_.planned();
-  return state.probable_frames >= kOutlineSeen;
+  if (searches_by_outline(state)) return state.probable_frames >= kOutlineSeen;
+  return state.probable_frames * kAppearancesAFrame >= relocalizer_.planned();
 }
 
 AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingState& state) const {
