@@ -196,7 +196,7 @@ TEST_CASE("with little time a frame a lost object is found too, in more frames")
   options.motion.T_camera_object = {T_brought};
   const Sequence back(box(), options);
   const cv::Mat brought = back.frame(0);
-  int frames_before = 0, solved_before = 0;
+  int frames_before = 0;
   for (const double budget_ms : {5.0, 25.0, 400.0}) {
     CAPTURE(budget_ms);
     TrackerOptions limited;
@@ -216,8 +216,6 @@ TEST_CASE("with little time a frame a lost object is found too, in more frames")
     CHECK(pose_error(T_brought, result.T_camera_object).millimetres < 3);
     MESSAGE("found again after ", frames, " frames with ", budget_ms, " ms, ", solved, " solved systems in one");
     if (frames_before > 0) CHECK(frames <= frames_before);
-    if (frames > 1 && solved_before > 0) CHECK(solved >= solved_before);
     frames_before = frames;
-    solved_before = solved;
   }
 }

@@ -37,7 +37,9 @@ constexpr double kLeastTrust = 0.2;
 constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 2;
-/// The same, above which the finest level alone converges from a good prediction.
+/// Inlier ratio of texture that needs no help in the first frame.
+constexpr double kClearRatio = 0.7;
+/// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
 constexpr double kLeads = 0.5;
 
 }  // namespace
@@ -82,19 +84,19 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
 }
 
 Alignment Pipeline::follow(const MotionPrior& prior) {
-  if (!state_.seen && state_.textured && tuning_.contour) {
-    // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
-    tried_ = state_;
-    tried_.textured = false;
-    const Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
-    see(outline.T_camera_object, false, state_);
-    const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
-    if (held(mended) && as_usual(mended)) return mended;
-    const Alignment given = follow_fully({prior.T_camera_object}, true, state_);
-    return given.score > mended.score ? given : mended;
-  }
-  if (std::optional<Alignment> direct = follow_directly(prior)) return *direct;
-  return follow_fully(hypotheses(prior), true, state_);
+  const bool first = !state_.seen && state_.textured && tuning_.contour;
+  const std::optional<Alignment> direct = follow_directly(prior);
+  if (direct && (!first || direct->texture.inlier_ratio() > kClearRatio)) return *direct;
+  if (!first) return follow_fully(hypotheses(prior), true, state_);
+  // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
+  tried_ = state_;
+  tried_.textured = false;
+  const Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
+  see(outline.T_camera_object, false, state_);
+  const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
+  if (held(mended) && as_usual(mended)) return mended;
+  const Alignment given = follow_fully({prior.T_camera_object}, true, state_);
+  return given.score > mended.score ? given : mended;
 }
 
 std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
