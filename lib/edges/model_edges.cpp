@@ -78,13 +78,15 @@ std::vector<Edge> sharp_edges(const Mesh& mesh) {
       return !normals[sliver.first].isZero();
     });
   }
+  const bool textured = mesh.has_appearance();
   std::vector<Edge> edges;
   for (const auto& [ends, there] : sides) {
     const std::size_t first = there.triangles[0], second = there.triangles.back();
     if (normals[first].isZero() || normals[second].isZero()) continue;
     const bool border = there.triangles.size() == 1;
-    const bool materials =
-        !mesh.triangle_materials.empty() && mesh.triangle_materials[first] != mesh.triangle_materials[second];
+    // Borders of print are texture's to compare.
+    const bool materials = !textured && !mesh.triangle_materials.empty() &&
+                           mesh.triangle_materials[first] != mesh.triangle_materials[second];
     if (!border && !materials && normals[first].dot(normals[second]) > kCreaseCosine) continue;
     const Vertex other = there.from == ends.first ? ends.second : ends.first;
     edges.push_back({there.from, other, normals[first], border ? Eigen::Vector3f::Zero() : normals[second], false});

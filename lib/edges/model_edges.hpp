@@ -16,8 +16,8 @@ struct EdgeSample {
 };
 
 /// Samples, at most `most` and evenly along them, of the edges that a picture of the mesh may show whatever its
-/// colours: creases (faces that meet at an angle), borders of open surfaces and of materials. Edges end to end make a
-/// chain while they go straight on; chains that are short beside the mesh are left out.
+/// colours: creases (faces that meet at an angle), borders of open surfaces and, without texture, of materials. Edges
+/// end to end make a chain while they go straight on; chains that are short beside the mesh are left out.
 std::vector<EdgeSample> model_edges(const Mesh& mesh, std::size_t most);
 
 }  // namespace holdfast
