@@ -12,6 +12,7 @@
 #                 covariance: docs/results/robustness.md; each part switched off: docs/results/experiments.md;
 #                 SEQUENCES=folder for recorded sequences too, PARTS=starts,small for some of it
 # make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md, README's table
+# make modalities the same with and without the model's edges, and grey recordings: docs/results/modalities.md
 # make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md
 # make docs       installs what is missing, then builds all documents with the C++ and Python interfaces as one site:
@@ -33,7 +34,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery results starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery results modalities starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -60,6 +61,11 @@ results:
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES) \
 	  --readme README.md
+
+modalities:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/modalities.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
 
 starts:
 	@sh cmake/install-deps.sh build experiments

@@ -30,12 +30,12 @@ def median(values, share=0.5):
     return values[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
 
 
-def run(program, sequence, model):
-    """The counted frames of a sequence, a dictionary each."""
+def run(program, sequence, model, *options):
+    """The counted frames of a sequence, a dictionary each; `options` of holdfast evaluate."""
     with tempfile.TemporaryDirectory() as folder:
         table = pathlib.Path(folder) / "frames.csv"
         subprocess.run([program, "evaluate", sequence, "--model", model, "--protocol", "rbot", "--min-visible", "0.25",
-                        "--csv", table, "--quiet"], check=True, stdout=subprocess.DEVNULL)
+                        "--csv", table, "--quiet", *options], check=True, stdout=subprocess.DEVNULL)
         with open(table, newline="") as lines:
             return [row for row in csv.DictReader(lines) if row["counted"] == "1"]
 
