@@ -15,6 +15,8 @@
 # make modalities the same with and without the model's edges, and grey recordings: docs/results/modalities.md
 # make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md
+# make hazards    installs what is missing, then cases in which a tracker may hold a wrong pose: docs/results/hazards.md;
+#                 CASES=a,b for some of them, printed only; SEEDS=3, JUMPS=20; SEQUENCES=folder: jumps within these too
 # make docs       installs what is missing, then builds all documents with the C++ and Python interfaces as one site:
 #                 out/docs/site; make options: docs/reference/options.md; make picture: the README's, of `make demo`
 # make install    installs below PREFIX (/usr/local)
@@ -34,7 +36,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery results modalities starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery hazards results modalities starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -77,6 +79,13 @@ recovery:
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/recovery.py --program $(release)/apps/holdfast --work out/recovery \
 	  --document docs/results/recovery.md
+
+hazards:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/hazards.py --program $(release)/apps/holdfast --work out/hazards --threads $(JOBS) \
+	  $(if $(CASES),--cases $(CASES),--document docs/results/hazards.md) $(if $(SEEDS),--seeds $(SEEDS)) \
+	  $(if $(JUMPS),--jumps $(JUMPS)) $(if $(SEQUENCES),--sequences $(SEQUENCES))
 
 robustness:
 	@sh cmake/install-deps.sh build experiments
