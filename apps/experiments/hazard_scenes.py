@@ -1,7 +1,7 @@
 """Scenes in which a tracker may hold a wrong pose, drawn by casting rays at boxes, cylinders and ellipsoids.
 
-Shares no code with the tracker or with `holdfast simulate`. Metres, camera axes x right, y down, z forward; a pose is 3x4
-and maps the shape's frame to the camera's. Times are frames, 30 a second.
+Shares no code with the tracker or with `holdfast simulate`. Metres, camera axes x right, y down, z forward; a pose is
+3x4 and maps the shape's frame to the camera's. Times are frames, 30 a second.
 """
 
 import dataclasses
@@ -14,10 +14,11 @@ FOCAL, CENTER = 650.0, ((WIDTH - 1) / 2, (HEIGHT - 1) / 2)
 SKIN = np.array([118.0, 150.0, 205.0])  # BGR, as all colours here
 
 
-# ---- Shapes: entry(o, d) gives the distances at which rays o + s d enter and leave, and the normal where they enter.
+# ---- Shapes. hit(o, d): the distances s at which rays o + s d enter and leave, and those at which they enter the bodies
+# that the shape is the common part of. look(p, d, entries): normals and colours where they enter.
 
-def _round_entry(o, d, axes):
-    """A sphere or an endless cylinder of radius 1 over these axes."""
+def round_entry(o, d, axes):
+    """Where rays enter and leave a sphere or an endless cylinder of radius 1 over these axes."""
     a, b, c = (sum(p[..., k] * q[..., k] for k in axes) for p, q in ((d, d), (o, d), (o, o)))
     inside = b * b - a * (c - 1)
     root = np.sqrt(np.maximum(inside, 0))
@@ -98,7 +99,7 @@ class Cylinder:
         self.reach = np.hypot(radius, half_height)
 
     def hit(self, o, d):
-        near, far = _round_entry(o / self.radius, d / self.radius, (0, 2))
+        near, far = round_entry(o / self.radius, d / self.radius, (0, 2))
         first, last = slab(o[1], d[..., 1], self.half_height)
         return np.maximum(near, first), np.minimum(far, last), [near, first]
 
@@ -113,7 +114,8 @@ class Cylinder:
         return normal, sample(self.label, np.where(at_end[:, None], (0.5, 0.95), np.stack([turn, down], -1)))
 
     def mesh(self, around=96):
-        ring = [(np.sin(a) * self.radius, np.cos(a) * self.radius) for a in 2 * np.pi * (np.arange(around) / around - 0.5)]
+        angles = 2 * np.pi * (np.arange(around) / around - 0.5)
+        ring = list(zip(self.radius * np.sin(angles), self.radius * np.cos(angles)))
         top, bottom, end = -self.half_height, self.half_height, np.array([0.5, 0.95])
         polygons = []
         for i in range(around):
@@ -135,7 +137,7 @@ class Ellipsoid:
         self.radii, self.color, self.reach = np.array(radii, np.float32), np.array(color, float), max(radii)
 
     def hit(self, o, d):
-        near, far = _round_entry(o / self.radii, d / self.radii, (0, 1, 2))
+        near, far = round_entry(o / self.radii, d / self.radii, (0, 1, 2))
         return near, far, [near]
 
     def look(self, p, d, entries):
@@ -177,7 +179,8 @@ def region(shape, pose, fine, clipped=True):
     if clipped:
         low, high = (np.clip(end, 0, fine * np.array([WIDTH, HEIGHT])) for end in (low, high))
     columns, rows = (np.arange(int(a), max(int(a), int(b))) for a, b in zip(low, high))
-    grid = np.meshgrid(*((((k + 0.5) / fine - 0.5 - c) / FOCAL).astype(np.float32) for k, c in zip((columns, rows), CENTER)))
+    x, y = (((k + 0.5) / fine - 0.5 - c) / FOCAL for k, c in zip((columns, rows), CENTER))
+    grid = np.meshgrid(x.astype(np.float32), y.astype(np.float32))
     return columns, rows, np.stack([*grid, np.ones_like(grid[0])], axis=-1)
 
 
@@ -202,7 +205,8 @@ def draw(picture, items, lamp):
         if not len(d):
             continue
         normal, color = shape.look(o + near[:, None] * d, d, entries)
-        shade = 0.62 + 0.45 * np.maximum(normal @ (pose[:, :3].T @ lamp), 0) + 0.08 * (normal @ (pose[:, :3].T @ (0, -1, 0)))
+        normal = normal @ pose[:, :3].T
+        shade = 0.62 + 0.45 * np.maximum(normal @ lamp, 0) - 0.08 * normal[:, 1]
         picture[window][hit] = color * shade[:, None]
         depth[window][hit] = near
         shows[window][hit] = number

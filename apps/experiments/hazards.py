@@ -27,13 +27,13 @@ WRONG_MM, WRONG_DEGREES, SEEN = 20, 5, 0.4
 
 HEAD = """# Hazards
 
-`make hazards` writes this table: cases in which a tracker may report `held` while it is wrong, {seeds} seeds each, drawn
-by a ray caster that shares nothing with the tracker. The tracker starts from the first true pose and is never put
-back. *Wrong* counts frames that are held more than {mm} mm or {degrees} degrees off, or held where the object is another one
-or gone: it should be 0. *Truly held* is the share of frames held and right, among those in which at least {seen:.0f} % of the
-silhouette is seen: it should be high, and says that a tracker did not get to 0 by holding nothing. Turns that a shape
-without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself, as
-long as the choice among them stays the same while the object is held.
+`make hazards` writes this table: cases in which a tracker may report `held` while it is wrong, {seeds} seeds each,
+drawn by a ray caster that shares nothing with the tracker. The tracker starts from the first true pose and is never
+put back. *Wrong* counts frames that are held more than {mm} mm or {degrees} degrees off, or held where the object is
+another one or gone: it should be 0. *Truly held* is the share of frames held and right, among those in which at least
+{seen:.0f} % of the silhouette is seen: it should be high, so that 0 wrong is not got by holding nothing. Turns that a
+shape without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself,
+as long as the choice among them stays the same while the object is held.
 
 """
 
@@ -67,12 +67,13 @@ def attached(parts, pose, R0):
     return at
 
 
-def hand(side, half):
-    """Thumb and palm at one side, fingers before a corner of the object."""
+def hand(side, half, fingers):
+    """A palm at one side, fingers before a corner of the object."""
     parts = [(Ellipsoid((0.034, 0.04, 0.03), scenes.SKIN), np.eye(3), (side * (half + 0.018), half + 0.012, 0.02))]
-    for i in range(3):
-        parts.append((Ellipsoid((0.03, 0.0085, 0.009), scenes.SKIN * (1 - 0.03 * i)), rotation(0, 15 * side, -12 * side),
-                      (side * half * 0.85, half * (0.35 + 0.42 * i), -half * 1.25)))
+    length = 0.018 + 0.004 * fingers
+    for i in range(fingers):
+        parts.append((Ellipsoid((length, 0.0085, 0.009), scenes.SKIN * (1 - 0.03 * i)), rotation(0, 15 * side, -12 * side),
+                      (side * (half * 0.85 + 0.03 - length), half * (0.35 + 0.42 * i), -half * 1.25)))
     return parts
 
 
@@ -90,7 +91,7 @@ def cube_and_mug(rng, seed):
     colors = base * (1 + (0.07 if seed % 3 else 0.0) * rng.uniform(-1, 1, (6, 1)))
     R0 = three_faces(rng)
     pose = moving(rng, 0.52, R0)
-    holding = attached(hand(rng.choice((-1, 1)), half), pose, pose(0)[:, :3])
+    holding = attached(hand(rng.choice((-1, 1)), half, 1 + (seed - 1) % 3), pose, pose(0)[:, :3])
     cup, side, sway = mug(rng), rng.choice((-1, 1)), Sway(rng, (0.006, 0.006), 0.5)
 
     def others(time):
@@ -132,7 +133,8 @@ def tilt(rng, seed):
     def pose(time):
         T = slow(time)
         return pose_of(rotation(*(33 * np.sin(2 * np.pi * time / 150 + phase) * axis)) @ T[:, :3], T[:, 3])
-    return Scene(Box((0.075, 0.05, 0.0075), atlas=scenes.atlas_of(rng, 0.35)), pose, 200, has_print=True, shutter=0.8, blur=2)
+    return Scene(Box((0.075, 0.05, 0.0075), atlas=scenes.atlas_of(rng, 0.35)), pose, 200, has_print=True, shutter=0.8,
+                 blur=2)
 
 
 def faint_can(rng, seed):
@@ -211,7 +213,8 @@ def rendered(work, name, seed):
     shutil.rmtree(folder, ignore_errors=True)
     scene = next(case[3] for case in CASES if case[1] == name)(np.random.default_rng([seed, *name.encode()]), seed)
     model = scene.model_shape or scene.shape
-    scenes.write_model(folder / "model", model, getattr(model, "atlas", getattr(model, "label", None)) if scene.has_print else None)
+    picture = getattr(model, "atlas", None) if isinstance(model, Box) else model.label
+    scenes.write_model(folder / "model", model, picture if scene.has_print else None)
     (folder / "frames").mkdir()
     renderer, shares = scenes.Renderer(scene, [seed, *name.encode()]), []
     for number in range(scene.frames):
@@ -320,6 +323,7 @@ def line(letter, title, counts, expect_held=True):
 
 
 def simulated(given, pool, case):
+    """The table's line of a case."""
     letter, name, title, make, jumps = case
     folders = list(pool.map(rendered, *zip(*((given.work, name, seed) for seed in range(1, given.seeds + 1)))))
     scene = make(np.random.default_rng(1), 1)
@@ -334,7 +338,7 @@ def simulated(given, pool, case):
 
 
 def recorded(given):
-    """Jumps within recorded sequences: with textured models, and by the shapes alone that look alike from no two sides."""
+    """Jumps within recorded sequences: with textured models, and by shapes alone that look alike from no two sides."""
     lines, found = [], sorted(p for p in given.sequences.iterdir() if (p / "visible.txt").exists())
     for title, file, wanted in (("recorded, textured", "model.obj", lambda name: True),
                                 ("recorded, shape alone", "mesh_plain.obj", lambda name: name not in ("bottle", "box"))):
