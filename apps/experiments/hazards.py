@@ -33,7 +33,8 @@ put back. *Wrong* counts frames that are held more than {mm} mm or {degrees} deg
 another one or gone: it should be 0. *Truly held* is the share of frames held and right, among those in which at least
 {seen:.0f} % of the silhouette is seen: it should be high, so that 0 wrong is not got by holding nothing. Turns that a
 shape without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself,
-as long as the choice among them stays the same while the object is held.
+as long as the choice among them stays the same while the object is held. A jump is a cut to another moment of the same
+sequence; `SEQUENCES=FOLDER` adds jumps within recorded ones, `JUMPS=500` makes them more.
 
 """
 
@@ -108,7 +109,7 @@ def tube_and_sleeve(rng, seed):
     del seed
     color, side = grey(rng), rng.choice((-1, 1))
     tube = Cylinder(0.02, 0.075, color, end=0.7 * color)
-    inside = moving(rng, 0.5, rotation(0, 0, side * rng.uniform(25, 45)) @ rotation(rng.uniform(10, 30), 0, 0))
+    inside = moving(rng, 0.5, rotation(0, 0, -side * rng.uniform(25, 45)) @ rotation(rng.uniform(10, 30), 0, 0))
     # A shift that puts 70 % of the points of the surface beyond the picture's edge at the turning point.
     angles, T = np.linspace(0, 2 * np.pi, 40), inside(95)
     surface = np.array([(0.02 * np.sin(a), y, 0.02 * np.cos(a)) for a in angles for y in np.linspace(-0.075, 0.075, 40)])
@@ -239,7 +240,7 @@ def jumping(folders, models, out, count):
     rng = np.random.default_rng(7)
     made = []
     for number in range(count):
-        source, model = folders[number % len(folders)], models[number % len(folders)]
+        source, model = (kind[number * len(folders) // count] for kind in (folders, models))
         frames, poses = sorted((source / "frames").iterdir()), np.loadtxt(source / "poses_gt.txt").reshape(-1, 3, 4)
         shares = np.loadtxt(source / "visible.txt")
         # The first frame tells the tracker where the object is: it must show it.
@@ -371,7 +372,7 @@ def main():
         lines += recorded(given)
     if given.document:
         head = HEAD.format(seeds=given.seeds, mm=WRONG_MM, degrees=WRONG_DEGREES, seen=100 * SEEN)
-        given.document.write_text(head + table(["case", "scene", "frames", "held", "wrong", "truly held"], sorted(lines)))
+        given.document.write_text(head + table(["case", "scene", "frames", "held", "wrong", "truly held"], sorted(lines, key=lambda row: row[0])))
 
 
 if __name__ == "__main__":
