@@ -521,7 +521,7 @@ TEST_CASE("evaluate: poses against truth, from the command line to the report") 
   std::vector<std::size_t> columns;
   while (std::getline(table, line)) {
     for (const char* name :
-         {",texture_holds,contour_holds,", ",contour_lines,", ",contour_near_lines,", ",contour_score,",
+         {",texture_holds,contour_holds,snapshot_holds,", ",contour_lines,", ",contour_near_lines,", ",contour_score,",
           ",contour_residual,", ",edge_lines,edge_near_lines,", ",edge_score,edge_residual,", ",ms_contour,"}) {
       CHECK(contains(line, name) == columns.empty());
     }

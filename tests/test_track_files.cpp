@@ -89,11 +89,29 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   const TemporaryFolder folder;
   CsvWriter writer(folder / "poses.csv");
   const std::vector<std::string> header = fields_of(lines_of(folder / "poses.csv").at(0));
-  REQUIRE(header == std::vector<std::string>{
-                        "frame",        "time_s",   "status",      "tx",         "ty",     "tz",       "qx",
-                        "qy",           "qz",       "qw",          "visible",    "usable", "gradient", "passed",
-                        "used",         "residual", "correlation", "iterations", "ms",     "reason",   "texture_holds",
-                        "contour_holds"});
+  REQUIRE(header == std::vector<std::string>{"frame",
+                                             "time_s",
+                                             "status",
+                                             "tx",
+                                             "ty",
+                                             "tz",
+                                             "qx",
+                                             "qy",
+                                             "qz",
+                                             "qw",
+                                             "visible",
+                                             "usable",
+                                             "gradient",
+                                             "passed",
+                                             "used",
+                                             "residual",
+                                             "correlation",
+                                             "iterations",
+                                             "ms",
+                                             "reason",
+                                             "texture_holds",
+                                             "contour_holds",
+                                             "snapshot_holds"});
   int index = 0;
   for (const double angle : kAngles) {
     const TrackedFrame tracked = make_frame(index, Status::held, angle);
@@ -115,12 +133,12 @@ TEST_CASE("a CSV row holds the frame's pose and figures, and is there at once") 
   }
   writer.write(make_frame(9, Status::lost, 0));
   CHECK(lines_of(folder / "poses.csv").back().find(",lost,") != std::string::npos);
-  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\",1,0"));
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",\"covered, \"\"too\"\" much\",1,0,0"));
   TrackedFrame by_contour = make_frame(10, Status::held, 0);
   by_contour.result.texture.holds = false;
   by_contour.result.contour.holds = true;
   writer.write(by_contour);
-  CHECK(lines_of(folder / "poses.csv").back().ends_with(",,0,1"));
+  CHECK(lines_of(folder / "poses.csv").back().ends_with(",,0,1,0"));
 }
 
 TEST_CASE("a TUM file holds the frames that are held") {

@@ -104,6 +104,7 @@ ordered_json json_of(const std::vector<FrameRecord>& records) {
       {"held", column([](const FrameRecord& r) { return r.result.status == Status::held; })},
       {"texture_holds", column([](const FrameRecord& r) { return r.result.texture.holds; })},
       {"contour_holds", column([](const FrameRecord& r) { return r.result.contour.holds; })},
+      {"snapshot_holds", column([](const FrameRecord& r) { return r.result.snapshot.holds; })},
       {"visible", column([](const FrameRecord& r) { return r.visible; })},
       {"x_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.x(); })},
       {"y_mm", column([](const FrameRecord& r) { return kMillimetres * r.error.translation.y(); })},

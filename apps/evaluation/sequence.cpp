@@ -425,6 +425,7 @@ EstimatedPoses load_table(const fs::path& path) {
     figure("ms", result.ms.total);
     figure("texture_holds", result.texture.holds);
     figure("contour_holds", result.contour.holds);
+    figure("snapshot_holds", result.snapshot.holds);
     if (column.contains("reason")) {
       result.message = cell("reason");
     }

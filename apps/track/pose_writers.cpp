@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 
 constexpr const char* kCsvHeader =
     "frame,time_s,status,tx,ty,tz,qx,qy,qz,qw,visible,usable,gradient,passed,used,residual,correlation,iterations,ms,"
-    "reason,texture_holds,contour_holds\n";
+    "reason,texture_holds,contour_holds,snapshot_holds\n";
 
 const char* status_word(Status status) { return status == Status::held ? "held" : "lost"; }
 
@@ -66,6 +66,7 @@ ordered_json frame_json(const TrackedFrame& tracked) {
           {"reason", result.message},
           {"texture_holds", result.texture.holds},
           {"contour_holds", result.contour.holds},
+          {"snapshot_holds", result.snapshot.holds},
           {"translation", {t.x(), t.y(), t.z()}},
           {"quaternion_xyzw", {q.x(), q.y(), q.z(), q.w()}},
           {"pixels",
@@ -88,6 +89,10 @@ ordered_json frame_json(const TrackedFrame& tracked) {
             {"near", result.edges.near_lines},
             {"score", result.edges.score},
             {"residual", result.edges.residual}}},
+          {"snapshot",
+           {{"gradient", result.snapshot.gradient_pixels},
+            {"used", result.snapshot.used_pixels},
+            {"correlation", result.snapshot.correlation}}},
           {"iterations", result.iterations},
           {"ms",
            {{"upload", result.ms.upload},
@@ -133,12 +138,12 @@ CsvWriter::CsvWriter(const std::filesystem::path& path) : file_(path) { file_.wr
 
 void CsvWriter::write(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
-  file_.write(fmt::format("{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{},{:d},{:d}\n", tracked.frame.index,
-                          tracked.frame.time_s, status_word(result.status), pose_text(result.T_camera_object, ','),
-                          result.visible_pixels(), result.texture.usable_pixels, result.texture.gradient_pixels,
-                          result.texture.passed_pixels, result.texture.used_pixels, result.texture.residual,
-                          result.texture.correlation, result.iterations, result.ms.total, csv_field(result.message),
-                          result.texture.holds, result.contour.holds));
+  file_.write(fmt::format(
+      "{},{:.6f},{},{},{},{},{},{},{},{:.6g},{:.6g},{},{:.3f},{},{:d},{:d},{:d}\n", tracked.frame.index,
+      tracked.frame.time_s, status_word(result.status), pose_text(result.T_camera_object, ','), result.visible_pixels(),
+      result.texture.usable_pixels, result.texture.gradient_pixels, result.texture.passed_pixels,
+      result.texture.used_pixels, result.texture.residual, result.texture.correlation, result.iterations,
+      result.ms.total, csv_field(result.message), result.texture.holds, result.contour.holds, result.snapshot.holds));
 }
 
 TumWriter::TumWriter(const std::filesystem::path& path) : file_(path) {}

@@ -13,7 +13,7 @@ namespace holdfast::app {
 
 /// A header, then one row a frame, lost ones too (their pose is the tracker's last guess):
 /// frame, time_s, status (held, lost), tx ty tz, qx qy qz qw, pixel counts, residual, correlation, iterations, ms,
-/// reason, texture_holds, contour_holds (0, 1).
+/// reason, texture_holds, contour_holds, snapshot_holds (0, 1).
 class CsvWriter {
  public:
   explicit CsvWriter(const std::filesystem::path& path);

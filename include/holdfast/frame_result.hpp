@@ -76,6 +76,15 @@ struct EdgeEvidence {
   double residual = 0;  ///< root of the weighted mean squared distance of the frame's edges, pixels
 };
 
+/// What the pixels of a model without appearance said of the pose, compared with how an earlier frame showed them.
+struct SnapshotEvidence {
+  bool asked = false;       ///< they were compared on the finest level
+  bool holds = false;       ///< they would be enough to hold the object
+  int gradient_pixels = 0;  ///< of those looked at, with a gradient in the earlier frame
+  int used_pixels = 0;      ///< of these, those that agree
+  double correlation = 0;   ///< of both frames over these, [-1, 1]
+};
+
 struct FrameResult {
   /// Where the object is; when it is lost a guess: where it may have been seen, or would be had it gone on as it moved.
   Pose T_camera_object = Pose::Identity();
@@ -85,6 +94,7 @@ struct FrameResult {
   TextureEvidence texture;
   ContourEvidence contour;
   EdgeEvidence edges;
+  SnapshotEvidence snapshot;
   int iterations = 0;  ///< solved systems, all levels and starts
   /// Covariance of the twist xi = (v, w) in T_true = T_camera_object exp(xi): object axes, metres and radians, rotation
   /// about the object's origin (equation 12 in docs/math.md), and its inverse. Zero where nothing tells the pose.

@@ -129,6 +129,14 @@ typedef struct holdfast_edge_evidence {
   double residual;    /**< root of the weighted mean squared distance of the frame's edges, pixels */
 } holdfast_edge_evidence;
 
+/** What the pixels of a model without appearance said of the pose, compared with an earlier frame's. */
+typedef struct holdfast_snapshot_evidence {
+  int32_t holds;           /**< not 0: enough to hold the object */
+  int32_t gradient_pixels; /**< of those looked at, with a gradient in the earlier frame; 0: nothing to compare with */
+  int32_t used_pixels;     /**< of these, those that agree */
+  double correlation;      /**< of both frames over these, [-1, 1] */
+} holdfast_snapshot_evidence;
+
 /** Where the object is in a frame, and how sure that is. */
 typedef struct holdfast_result {
   double T_camera_object[16]; /**< 4x4: maps points of the object's frame to the camera's; a guess when it is lost */
@@ -137,6 +145,7 @@ typedef struct holdfast_result {
   holdfast_texture_evidence texture;
   holdfast_contour_evidence contour;
   holdfast_edge_evidence edges;
+  holdfast_snapshot_evidence snapshot;
   double covariance[36];  /**< 6x6, of (v, w) in T_true = T exp((v, w)): object axes; zero where nothing tells it */
   double information[36]; /**< its inverse; zero where nothing tells the pose */
   double milliseconds;    /**< that the frame took */

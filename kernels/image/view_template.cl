@@ -36,6 +36,25 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
   }
 }
 
+/* The frame's own pixels where the object is drawn, as if they were its render. */
+__kernel void unpack_snapshot(__global const float* frame, __global const float* window_depth, hf_view view,
+                              hf_rect rect, hf_rect uploaded, hf_layout layout, __global float* pixels,
+                              __global float* depth) {
+  const int row = (int)get_global_id(1), y = rect.y + row;
+  for (int i = ROW_X_BEGIN; i < ROW_X_END(rect.width); ++i) {
+    const int x = rect.x + i, e = element(layout, x, y);
+    const float d = window_depth[row * view.stride + i];
+    const float z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
+    const int inside =
+        x >= uploaded.x && y >= uploaded.y && x < uploaded.x + uploaded.width && y < uploaded.y + uploaded.height;
+    float4 pixel = (float4)(0.0f);
+    if (d < 1.0f && inside) pixel = vload4(e, frame);
+    if (pixel.w < HF_LEAST_COVERAGE) pixel = (float4)(0.0f);
+    vstore4(pixel, e, pixels);
+    depth[e] = d < 1.0f ? z : 0.0f;
+  }
+}
+
 /* Depth of the coarser level: the mean of those of the 2x2 pixels that are drawn. */
 __kernel void halve_depth(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,
                           __global float* out) {

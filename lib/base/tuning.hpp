@@ -17,6 +17,7 @@ struct Tuning {
   bool texture = true;
   bool contour = true;
   bool edges = true;           ///< of the model, beside its contour
+  bool snapshot = true;        ///< a model without appearance is compared with how a frame showed it
   bool robust_weights = true;  ///< Student-t weights on what passes the tests
   bool photometric = true;     ///< gain and bias a channel, of the object and of cells, eliminated from the sums
   bool shading = true;         ///< the view is drawn as light falls on it from one side

@@ -49,6 +49,7 @@ ViewTemplate::ViewTemplate(const Device::Impl& device, const Mesh& mesh, Rendere
   window_depth_ = cl::Buffer(device.context, CL_MEM_READ_ONLY, largest * sizeof(float));
   unpack_ = device.kernel("unpack_view");
   unpack_depth_ = device.kernel("unpack_depth");
+  unpack_snapshot_ = device.kernel("unpack_snapshot");
   motion_blur_ = device.kernel("motion_blur");
   halve_depth_ = device.kernel("halve_depth");
 }
@@ -79,10 +80,13 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const ViewRequest& request) {
+bool ViewTemplate::enqueue(const ViewRequest& request) { return enqueue(request, nullptr); }
+
+bool ViewTemplate::enqueue_snapshot(const ViewRequest& request, DeviceImage& frame) { return enqueue(request, &frame); }
+
+bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   const int finest = request.finest, count = request.count;
   const Exposure& exposure = request.exposure;
-  const Margin& margin = request.margin;
   const Rect object = bounds(request.T_camera_object);
   T_camera_object_ = request.T_camera_object;
   render_ms_ = 0;
@@ -106,8 +110,10 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
   if (copied_()) copied_.wait();
   const DepthRange range = range_ =
       renderer_.render(request.T_camera_object, level.camera, rect,
-                       {host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
-  device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
+                       {frame ? nullptr : host_rgba_.as<std::uint8_t>(), host_depth_.as<float>(), rect.width});
+  if (!frame) {
+    device_.queue.enqueueWriteBuffer(rgba_, CL_FALSE, HF_RENDER_GUARD * 4, pixel_count * 4, host_rgba_.data());
+  }
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
   device_.queue.flush();
@@ -122,8 +128,19 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
   view.far_plane = static_cast<float>(range.far_plane);
   const bool moving = exposure.pixels / (1 << finest) >= kLeastMotionBlur;
   // Strips filter the render as it comes where nothing else is to be made of it.
-  const bool as_it_comes = device_.strips && !moving && count == 1;
-  if (as_it_comes) {
+  const bool as_it_comes = device_.strips && !moving && count == 1 && !frame;
+  if (frame) {
+    frame->enqueue_pixels(finest);
+    unpack_snapshot_.setArg(0, frame->pixels(finest));
+    unpack_snapshot_.setArg(1, window_depth_);
+    unpack_snapshot_.setArg(2, view);
+    unpack_snapshot_.setArg(3, to_kernel(rect));
+    unpack_snapshot_.setArg(4, to_kernel(frame->uploaded(finest)));
+    unpack_snapshot_.setArg(5, level.layout);
+    unpack_snapshot_.setArg(6, pixels_[f]);
+    unpack_snapshot_.setArg(7, planes_[f].depth);
+    device_.enqueue_rows(unpack_snapshot_, rect.width, rect.height);
+  } else if (as_it_comes) {
     unpack_depth_.setArg(0, window_depth_);
     unpack_depth_.setArg(1, view);
     unpack_depth_.setArg(2, to_kernel(rect));
@@ -140,8 +157,15 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
     unpack_.setArg(6, planes_[f].depth);
     device_.enqueue_rows(unpack_, rect.width, rect.height);
   }
-  if (moving) enqueue_motion_blur(f, rect, exposure);
+  if (moving && !frame) enqueue_motion_blur(f, rect, exposure);
 
+  margin_ = request.margin;
+  enqueue_levels(rect, finest, count, request.margin, as_it_comes ? &view : nullptr);
+  return true;
+}
+
+void ViewTemplate::enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin,
+                                  const kernel::hf_view* render) {
   for (int step = 0; step < count; ++step) {
     const auto l = static_cast<std::size_t>(finest + step);
     const Rect level_rect = coarser(rect, step);
@@ -165,15 +189,50 @@ bool ViewTemplate::enqueue(const ViewRequest& request) {
     limits.reach = margin.jump_reach;
     limits.bend = static_cast<float>(margin.bend * (1 << l));
     const TemplatePlanes::Out out{planes.value, planes.dx, planes.dy, planes.usable};
-    if (as_it_comes) {
-      template_planes_.enqueue_render(rgba_, view, planes.depth, levels_[l], level_rect, limits, out);
+    if (render) {
+      template_planes_.enqueue_render(rgba_, *render, planes.depth, levels_[l], level_rect, limits, out);
     } else {
       template_planes_.enqueue(pixels_[l], planes.depth, levels_[l], level_rect, limits, out);
     }
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};
   }
-  return true;
+}
+
+Snapshot ViewTemplate::read_snapshot() const {
+  Snapshot snapshot{T_camera_object_, static_cast<int>(drawn_level_), drawn_, margin_, false, {}, {}};
+  const Level& level = levels_[drawn_level_];
+  const auto width = static_cast<std::size_t>(drawn_.width), height = static_cast<std::size_t>(drawn_.height);
+  snapshot.pixels.resize(HF_PIXEL * width * height);
+  snapshot.depth.resize(width * height);
+  const auto read = [&](const cl::Buffer& buffer, std::size_t floats, float* out) {
+    const std::size_t bytes = floats * sizeof(float), stride = static_cast<std::size_t>(level.layout.stride);
+    const std::size_t first = static_cast<std::size_t>(level.layout.origin + drawn_.y * level.layout.stride + drawn_.x);
+    device_.queue.enqueueReadBufferRect(buffer, CL_TRUE, {first * bytes, 0, 0}, {0, 0, 0}, {width * bytes, height, 1},
+                                        stride * bytes, 0, width * bytes, 0, out);
+  };
+  read(pixels_[drawn_level_], HF_PIXEL, snapshot.pixels.data());
+  read(planes_[drawn_level_].depth, 1, snapshot.depth.data());
+  return snapshot;
+}
+
+void ViewTemplate::enqueue_snapshot(const Snapshot& snapshot, int count) {
+  for (auto& planes : planes_) planes.tiles = {};
+  T_camera_object_ = snapshot.T_camera_object;
+  drawn_ = snapshot.rect;
+  drawn_level_ = static_cast<std::size_t>(snapshot.finest);
+  margin_ = snapshot.margin;
+  const Level& level = levels_[drawn_level_];
+  const auto width = static_cast<std::size_t>(drawn_.width), height = static_cast<std::size_t>(drawn_.height);
+  const auto write = [&](const cl::Buffer& buffer, std::size_t floats, const float* in) {
+    const std::size_t bytes = floats * sizeof(float), stride = static_cast<std::size_t>(level.layout.stride);
+    const std::size_t first = static_cast<std::size_t>(level.layout.origin + drawn_.y * level.layout.stride + drawn_.x);
+    device_.queue.enqueueWriteBufferRect(buffer, CL_TRUE, {first * bytes, 0, 0}, {0, 0, 0}, {width * bytes, height, 1},
+                                         stride * bytes, 0, width * bytes, 0, in);
+  };
+  write(pixels_[drawn_level_], HF_PIXEL, snapshot.pixels.data());
+  write(planes_[drawn_level_].depth, 1, snapshot.depth.data());
+  enqueue_levels(drawn_, snapshot.finest, count, snapshot.margin, nullptr);
 }
 
 void ViewTemplate::clear() {

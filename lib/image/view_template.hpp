@@ -41,6 +41,17 @@ struct ViewRequest {
   bool light_texels = false;
 };
 
+/// The object's pixels as a frame showed them, not filtered.
+struct Snapshot {
+  Pose T_camera_object = Pose::Identity();
+  int finest = 0;  ///< level of the pixels
+  Rect rect;       ///< of that level
+  Margin margin;
+  bool sure = false;          ///< nothing hid the object
+  std::vector<float> pixels;  ///< interleaved, four a pixel: three channels, known
+  std::vector<float> depth;   ///< metres, 0 where empty
+};
+
 /// What draws a mesh as large as the levels' views become.
 Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options);
 
@@ -66,6 +77,17 @@ class ViewTemplate {
   /// enqueues the rest. Throws as the Renderer does.
   bool enqueue(const ViewRequest& request);
 
+  /// The same with the frame's own pixels in place of the model's colours: what the object looks like there. The region
+  /// that the view covers must be uploaded; what is not is unknown.
+  bool enqueue_snapshot(const ViewRequest& request, DeviceImage& frame);
+
+  /// Reads the snapshot taken last; waits for the device. Shows one again, `count` levels of it.
+  Snapshot read_snapshot() const;
+  void enqueue_snapshot(const Snapshot& snapshot, int count);
+
+  /// The object was elsewhere when this view was drawn.
+  void set_pose(const Pose& T_camera_object) { T_camera_object_ = T_camera_object; }
+
   /// As if nothing had been drawn yet.
   void clear();
 
@@ -84,6 +106,9 @@ class ViewTemplate {
   double render_ms() const { return render_ms_; }
 
  private:
+  bool enqueue(const ViewRequest& request, DeviceImage* frame);
+  /// Makes the planes of the levels from the finest level's pixels, or from the render as it comes.
+  void enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin, const kernel::hf_view* render);
   /// OpenGL's, 0 to 1, of a pixel of the finest level drawn last, within what was drawn; 1: nothing.
   double window_depth(int x, int y) const;
   /// 1/Z of such a depth, 1 / metres.
@@ -104,9 +129,10 @@ class ViewTemplate {
   HostMemory host_rgba_, host_depth_;
   Rect drawn_;        ///< what the host memory holds, pixels of the level drawn
   DepthRange range_;  ///< of it
+  Margin margin_;     ///< of what was drawn last
   std::size_t drawn_level_ = 0;
   cl::Event copied_;  ///< of the host memory
-  cl::Kernel unpack_, unpack_depth_, motion_blur_, halve_depth_;
+  cl::Kernel unpack_, unpack_depth_, unpack_snapshot_, motion_blur_, halve_depth_;
   Pose T_camera_object_ = Pose::Identity();
   double render_ms_ = 0;
 };

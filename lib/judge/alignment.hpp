@@ -17,6 +17,10 @@ struct Alignment {
   TextureTerms texture;
   ContourTerms contour;
   EdgeTerms edges;
+  bool has_snapshot = false;
+  TextureTerms snapshot;  ///< of the object as a frame showed it
+  /// By how much that frame's pose was off, as it seems now: perturbation coordinates.
+  Twist snapshot_shift = Twist::Zero();
   double score = -1;        ///< of both, 1 where everything is as usual
   bool mistakable = false;  ///< another pose fits as well, and nothing tells which it is
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.

@@ -31,6 +31,13 @@ constexpr double kHeldContour = 0.6, kFoundContour = 0.75;
 /// Share of its own usual score that each of contour and edges must have, where that score tells anything and where it
 /// has so much of what both tell of the pose.
 constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3, kTellingShare = 0.1;
+/// Reliability of a snapshot that holds the object, and how many frames in a row it may do so where the outline does
+/// not show it.
+constexpr double kSureSnapshot = 0.8;
+constexpr int kMostWithoutOutline = 10;
+/// Share of the lines whose edge is next to the contour where nothing hides it; of the usual score, where colours tell
+/// nothing.
+constexpr double kMostNear = 0.85, kUsualOutline = 0.8;
 /// Share of the lines whose edge is next to the contour where the object was not expected.
 constexpr double kFoundNear = 0.8;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
@@ -178,13 +185,29 @@ bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
   return shows_outline(a, context, context.texture_trust > kTextureLeads ? kHeldContourAlone : kHeldContour);
 }
 
+bool is_held_by_snapshot(const Alignment& a, const AcceptanceContext& context) {
+  if (!a.solved || !a.has_snapshot || !context.sure_snapshot) return false;
+  if (a.snapshot.reliability < kSureSnapshot || a.snapshot.sums.used < kHandful || a.turn_deviation() > kSureTurn) {
+    return false;
+  }
+  if (!context.expected) return outline_score(a, context.usual_outline) >= kFoundContour;
+  // What lies behind an object stays as it is, too: in the long run its outline must be there.
+  return outline_score(a, context.usual_outline) >= kPromisingContour || context.without_outline < kMostWithoutOutline;
+}
+
+bool shows_all(const Alignment& a, const UsualOutline& usual) {
+  if (a.has_contour && usual.contour_score > kTellingScore)
+    return a.contour.sums.near > kMostNear * a.contour.sums.lines;
+  return outline_score(a, usual) > kUsualOutline;
+}
+
 bool is_probable(const Alignment& a, const AcceptanceContext& context) {
   return is_probable_by_texture(a) || is_probable_by_outline(a, context);
 }
 
 bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   static_cast<void>(tuning);
-  return is_held_by_texture(a, context) || is_held_by_contour(a, context);
+  return is_held_by_texture(a, context) || is_held_by_contour(a, context) || is_held_by_snapshot(a, context);
 }
 
 bool is_promising(const Alignment& a, const AcceptanceContext& context) {

@@ -22,6 +22,8 @@ struct AcceptanceContext {
   UsualOutline usual_outline;
   double texture_trust = 1;           ///< share of texture in what is usually known of the pose
   bool unobservable_usually = false;  ///< some motion never shows: that it does not speaks against nothing
+  bool sure_snapshot = false;         ///< the snapshot is of the object, not of what hid it
+  int without_outline = 0;            ///< frames in a row in which a snapshot held it and the outline did not show it
   double predicted_pixels = 0;        ///< farthest that the object was expected to move since the last frame
   double blur_pixels = 0;             ///< motion blur
   double gain = 1;                    ///< of the frame over the model's texture, over what it was
@@ -42,6 +44,11 @@ bool is_held(const Alignment& alignment, const Tuning& tuning, const AcceptanceC
 bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& context);
 /// Whether the contour is there, where the object may be.
 bool is_held_by_contour(const Alignment& alignment, const AcceptanceContext& context);
+
+/// Whether its pixels are those that a frame showed of it.
+bool is_held_by_snapshot(const Alignment& alignment, const AcceptanceContext& context);
+/// Whether next to nothing hides its outline, so that a snapshot taken there is of the object.
+bool shows_all(const Alignment& alignment, const UsualOutline& usual);
 
 /// Found again after a loss, if the next frames agree.
 bool is_probable(const Alignment& alignment, const AcceptanceContext& context);

@@ -42,7 +42,8 @@ double peak(double before, double here, double after) {
   return std::clamp(0.5 * (before - after) / curvature, -1.0, 1.0);
 }
 
-/// The pose turned about the camera as its view was shifted on a level, so that it looks the same there.
+}  // namespace
+
 Pose shifted(const Pose& T_camera_object, const Eigen::Vector3d& p_object_center, const Camera& camera,
              const ShiftSearch::Result& shift) {
   const Eigen::Vector2d pixel = camera.project(T_camera_object * p_object_center) + Eigen::Vector2d(shift.dx, shift.dy);
@@ -51,8 +52,6 @@ Pose shifted(const Pose& T_camera_object, const Eigen::Vector3d& p_object_center
       Keyframes::to_axis(ray).transpose() * Keyframes::to_axis(T_camera_object * p_object_center);
   return renormalized(Pose(turn) * T_camera_object);
 }
-
-}  // namespace
 
 Pose turned_about_center(const Pose& T_camera_object, const Extent& extent, const Eigen::Vector3d& axis, double angle) {
   Pose result = Pose::Identity();

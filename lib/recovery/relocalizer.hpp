@@ -81,6 +81,10 @@ class Relocalizer {
   bool searching_ = false;
 };
 
+/// The pose turned about the camera as its view was shifted on a level of this camera, so that it looks the same there.
+Pose shifted(const Pose& T_camera_object, const Eigen::Vector3d& p_object_center, const Camera& camera,
+             const ShiftSearch::Result& shift);
+
 /// The pose turned about an axis through the object's centre, camera axes, radians.
 Pose turned_about_center(const Pose& T_camera_object, const Extent& extent, const Eigen::Vector3d& axis, double angle);
 

@@ -37,6 +37,11 @@ constexpr int kMostStride = 4;
 constexpr double kHardly = 0.016;
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
+/// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
+/// information: of a can's turn the outline has less, and that only from its facets.
+constexpr double kSnapshotTurn = 0.01;
+/// Pixels from the silhouette that a snapshot leaves out: its pose is off by some.
+constexpr int kSnapshotMargin = 5;
 /// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
 constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs = 0.5;
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
@@ -197,7 +202,7 @@ Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const T
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
       const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
-      for (int level = plan.finest; level <= top && state.textured; ++level) {
+      for (int level = plan.finest; level <= top && state.compares(); ++level) {
         image_.enqueue_blur(level, coarser(rect, level));
       }
       device_.queue.flush();  // the device works while the view is drawn
@@ -209,7 +214,7 @@ Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const T
     if (redraw == 0 && plan.shift_search && state.textured) shift(alignment, top);
     const Stopwatch watch(times_.solve);
     for (int level = top; level >= plan.finest; --level) {
-      if (state.textured) {
+      if (state.compares()) {
         texture_.start_level(view_, level, redraw > 0 ? -1 : level < top ? level + 1 : plan.light_from);
       }
       iterate(alignment, level, plan, state, T_start);
@@ -224,26 +229,28 @@ Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const T
 void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan, const TrackingState& state,
                       const Pose& T_start) {
   double last_step = 1e9;
-  alignment.has_texture = alignment.has_contour = alignment.has_edges = false;
+  alignment.has_texture = alignment.has_snapshot = alignment.has_contour = alignment.has_edges = false;
   const bool finest = level == state.finest;
   for (int i = 0; i < kContourIterations; ++i) {
     const Pose& T = alignment.T_camera_object;
     NormalEquations equations = prior_equations(T, plan, T_start);
     const OutlineCloseness search = search_for(level, state.finest, i, last_step);
     bool tells = false, spared = false;
-    if (state.textured) {
+    if (state.compares()) {
       const Pose D = renormalized(T * view_.T_camera_object().inverse());
-      const TextureRequest request{level, state.finest, row_stride(level, state), true, state.left_unobservable};
-      alignment.texture = texture_.linearize(view_, image_, D, request, alignment.imaging.texture);
-      alignment.has_texture = true;
+      const TextureRequest request{level, state.finest, row_stride(level, state), true,
+                                   state.textured && state.left_unobservable};
+      TextureTerms& terms = state.textured ? alignment.texture : alignment.snapshot;
+      terms = texture_.linearize(view_, image_, D, request, alignment.imaging.texture);
+      (state.textured ? alignment.has_texture : alignment.has_snapshot) = true;
       nominal_ms_ += kTextureMs;
       if (level > state.finest || expected_gradient_pixels_ <= 0) {
-        expected_gradient_pixels_ =
-            alignment.texture.sums.gradient * request.row_stride * (1 << (2 * (level - state.finest)));
+        expected_gradient_pixels_ = terms.sums.gradient * request.row_stride * (1 << (2 * (level - state.finest)));
       }
-      tells = alignment.texture.sums.rows >= 6;
-      spared = tells && spares_contour(alignment.texture, equations, state);
-      equations += alignment.texture.equations;
+      tells = terms.sums.rows >= 6;
+      spared = state.textured && tells && spares_contour(terms, equations, state);
+      equations += terms.equations;
+      if (!state.textured) equations = about_snapshot(equations, state, alignment.snapshot_shift);
     }
     if (plan.contour && tuning_.contour && !spared && level <= contour_.coarsest(T, state.finest)) {
       const Stopwatch watch(times_.contour);
@@ -301,9 +308,34 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   return outline;
 }
 
+NormalEquations Aligner::about_snapshot(const NormalEquations& relative, const TrackingState& state,
+                                        Twist& shift) const {
+  Matrix6 known = state.usual.outline_information;
+  known.diagonal().tail<3>().array() += kSnapshotTurn * known.trace();
+  known.diagonal().array() += 1 / (kFreeDeviation * kFreeDeviation);
+  const Eigen::LDLT<Matrix6> factors(Matrix6(relative.A + known));
+  shift = -factors.solve(relative.h);
+  const Matrix6 gain = factors.solve(relative.A);
+  NormalEquations result;
+  result.A = relative.A - relative.A * gain;
+  result.A = (0.5 * (result.A + result.A.transpose())).eval();
+  result.h = relative.h + relative.A * shift;
+  return result;
+}
+
+bool Aligner::take_snapshot(const Pose& T_camera_object, const TrackingState& state) {
+  const Stopwatch watch(times_.filter);
+  const int count = static_cast<int>(levels_.size()) - state.finest;
+  ViewRequest request = view_request(T_camera_object, state.finest, count, state, state.imaging, false);
+  request.margin.jump_reach = kSnapshotMargin;
+  return view_.enqueue_snapshot(request, image_);
+}
+
 double Aligner::score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const {
   const double by_outline = outline_score(alignment, state.usual.outline());
-  if (!alignment.has_texture) return by_outline;
+  if (!alignment.has_texture) {
+    return alignment.has_snapshot ? std::max(by_outline, alignment.snapshot.reliability) : by_outline;
+  }
   const double by_texture = alignment.texture.score() / usual_texture_score;
   if (!alignment.has_contour && !alignment.has_edges) return by_texture;
   const double trust = state.usual.texture_trust;
@@ -312,7 +344,13 @@ double Aligner::score(const Alignment& alignment, const TrackingState& state, do
 
 void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state,
                       const Pose& T_start) {
-  Matrix6 others = prior_equations(alignment.T_camera_object, plan, T_start).A;
+  NormalEquations relative = prior_equations(alignment.T_camera_object, plan, T_start);
+  if (alignment.has_snapshot) {
+    relative += alignment.snapshot.equations;
+    Twist shift;
+    relative = about_snapshot(relative, state, shift);
+  }
+  Matrix6 others = relative.A;
   Matrix6 elsewhere = Matrix6::Zero();
   const Matrix6 B = to_camera_axes(alignment.T_camera_object);
   if (state.textured) {

@@ -53,12 +53,19 @@ class Aligner {
   bool draw(const Pose& T_camera_object, int finest, int count, const TrackingState& state, const ImagingState& imaging,
             bool across = false);
 
+  /// Equations of contour and edges together.
+  NormalEquations outline_equations(const Alignment& alignment, const TrackingState& state) const;
+
   /// How well the view fits where it was drawn, motion left alone.
   struct Fit {
     double score = -1;
     double residual = 0;  ///< root of the mean weighted square
   };
   Fit fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across = false);
+
+  /// Keeps the frame's pixels of the object at this pose, to be compared with the next frames'. False where it is out
+  /// of view.
+  bool take_snapshot(const Pose& T_camera_object, const TrackingState& state);
 
   /// Combined score of an alignment, 1 where everything is as usual.
   double score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const;
@@ -83,6 +90,9 @@ class Aligner {
                            const ImagingState& imaging, bool across) const;
   void iterate(Alignment& alignment, int level, const AlignmentPlan& plan, const TrackingState& state,
                const Pose& T_start);
+  /// Motion and pixels tell where the object is beside the snapshot, whose own pose only the outline knows: what is
+  /// left of them once that is eliminated, and by how much the snapshot seems off.
+  NormalEquations about_snapshot(const NormalEquations& relative, const TrackingState& state, Twist& shift) const;
   NormalEquations prior_equations(const Pose& T_camera_object, const AlignmentPlan& plan, const Pose& T_start) const;
   void measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state, const Pose& T_start);
   bool spares_contour(const TextureTerms& texture, const NormalEquations& prior, const TrackingState& state) const;
@@ -90,8 +100,6 @@ class Aligner {
   /// What contour and edges say at the alignment's pose, and the equations of both: beside a texture without the
   /// motions that it does not show and they hardly do.
   void look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search, const TrackingState& state);
-  NormalEquations outline_equations(const Alignment& alignment, const TrackingState& state) const;
-
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   Extent extent_;

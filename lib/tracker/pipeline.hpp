@@ -8,6 +8,7 @@
 #include "judge/judge.hpp"
 #include "recovery/outline_search.hpp"
 #include "recovery/relocalizer.hpp"
+#include "recovery/snapshot_album.hpp"
 #include "recovery/symmetries.hpp"
 #include "tracker/aligner.hpp"
 #include "tracker/tracking_state.hpp"
@@ -58,6 +59,8 @@ class Pipeline {
   Alignment follow_once(const Pose& T_start, const TrackingState& state);
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
+  /// As frames showed it before, shifted over the whole picture. The album must hold some.
+  void relocalize_by_snapshots(const MotionPrior& prior, Alignment& best);
   void relocalize_by_outline(const MotionPrior& prior, Alignment& best);
   /// Of the poses that a symmetrical shape may be taken for, the one turned least from where it was held last;
   /// mistakable where that is far.
@@ -85,6 +88,8 @@ class Pipeline {
   void miss(const Alignment& alignment, double time, FrameResult& result);
   void learn_usual(const Alignment& alignment, bool first, TrackingState& state) const;
   void learn_contour(const Alignment& alignment);
+  /// Keeps how the frame shows a model that has no appearance of its own.
+  void learn_snapshot(const Alignment& alignment);
   void learn_light(const Alignment& alignment, TrackingState& state);
   void learn_texels(const Alignment& alignment);
   void warm_up();
@@ -100,6 +105,7 @@ class Pipeline {
   Relocalizer relocalizer_;
   OutlineSearch outline_search_;
   std::vector<Pose> symmetries_;
+  SnapshotAlbum album_;
   LitPatches lit_patches_;
 
   TrackingState state_;

@@ -32,6 +32,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
 void Pipeline::reset(const Pose& T_camera_object) {
   relocalizer_.clear();
   outline_search_.clear();
+  album_.clear();
   state_ = TrackingState(extent_);
   state_.textured = has_appearance_;
   state_.faceted = faceted_;

@@ -21,6 +21,7 @@ struct UsualEvidence {
   double edge_share = -1;                         ///< of edges in the information of contour and edges; -1: unknown
   double texture_trust = 1;                       ///< share of texture in the information of both, running mean
   Matrix6 contour_information = Matrix6::Zero();  ///< of the contour where it was last seen
+  Matrix6 outline_information = Matrix6::Zero();  ///< the same of contour and edges
   double contour_excess = 8;  ///< by which the contour's information turned out too large beside texture
   double gain = 1;            ///< of the frame over the texture
   double unobservable = 0;    ///< share of the frames that leave a motion unobservable
@@ -57,6 +58,10 @@ struct TrackingState {
   double gradient_pixels = 0;      ///< on that level, in the last frame held; 0: none yet
   double visible_pixels = 0;       ///< of the frame, likewise
   double prediction_error = 1e9;   ///< of the last frame held, pixels
+  std::optional<Pose> T_snapshot;  ///< of a model without appearance: where it was in the frame whose pixels show it
+  bool sure_snapshot = false;      ///< nothing hid it there
+  int snapshot_misses = 0;         ///< frames in a row that it was not found in
+  int without_outline = 0;         ///< frames in a row that a snapshot held it in and the outline did not show it
   bool left_unobservable = false;  ///< the last frame left a motion unobservable
   int frames_since_colors = 0;     ///< were learned
   int contour_misses = 0;          ///< frames in a row that texture held and the contour's colours did not fit
@@ -64,6 +69,9 @@ struct TrackingState {
   std::optional<Pose> suspected;   ///< while it is lost: where it may have been seen in the last frame
   int probable_frames = 0;         ///< in a row in which it was probably seen, going on as objects move
 
+  bool has_snapshot() const { return !textured && T_snapshot.has_value(); }
+  /// Whether the frame is compared with pixels of the object, rendered or seen before.
+  bool compares() const { return textured || has_snapshot(); }
   bool fresh() const { return gradient_pixels <= 0 && visible_pixels <= 0; }
   /// Whether the last frame's pose is the frame before's, so that motion blurs the view.
   bool followed() const { return motion.started() && !motion.lost(); }

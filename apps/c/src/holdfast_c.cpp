@@ -161,6 +161,8 @@ holdfast_result result_of(const FrameResult& found) {
   const ContourEvidence& contour = found.contour;
   result.contour = {contour.holds ? 1 : 0, contour.lines, contour.near_lines, contour.agreement, contour.residual};
   result.edges = {found.edges.lines, found.edges.near_lines, found.edges.score, found.edges.residual};
+  const SnapshotEvidence& snapshot = found.snapshot;
+  result.snapshot = {snapshot.holds ? 1 : 0, snapshot.gradient_pixels, snapshot.used_pixels, snapshot.correlation};
   copy_rows(found.covariance, result.covariance);
   copy_rows(found.information, result.information);
   result.milliseconds = found.ms.total;

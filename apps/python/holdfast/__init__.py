@@ -40,6 +40,7 @@ from ._core import (
     RendererChoice,
     SimulatedFrame,
     Simulation,
+    SnapshotEvidence,
     StageTimes,
     Status,
     TextureBaker,

@@ -79,6 +79,13 @@ void bind_evidence(nb::module_& module) {
       .def_ro("near_lines", &EdgeEvidence::near_lines, "Of these, with the frame's edge next to the model's.")
       .def_ro("score", &EdgeEvidence::score, "Share of near lines beyond what chance makes, at most 1.")
       .def_ro("residual", &EdgeEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.");
+  nb::class_<SnapshotEvidence>(module, "SnapshotEvidence",
+                               "What the pixels of a model without appearance said, beside an earlier frame's.")
+      .def_ro("asked", &SnapshotEvidence::asked, "They were compared on the finest level.")
+      .def_ro("holds", &SnapshotEvidence::holds, "They would be enough to hold the object.")
+      .def_ro("gradient_pixels", &SnapshotEvidence::gradient_pixels, "Looked at, with a gradient in the earlier frame.")
+      .def_ro("used_pixels", &SnapshotEvidence::used_pixels, "Of these, those that agree.")
+      .def_ro("correlation", &SnapshotEvidence::correlation, "Of both frames over these, [-1, 1].");
 }
 
 }  // namespace
@@ -110,6 +117,8 @@ void bind_frame_result(nb::module_& module) {
       .def_ro("texture", &FrameResult::texture, nb::rv_policy::reference_internal, "What the texture said.")
       .def_ro("contour", &FrameResult::contour, nb::rv_policy::reference_internal, "What the contour said.")
       .def_ro("edges", &FrameResult::edges, nb::rv_policy::reference_internal, "What the model's edges said.")
+      .def_ro("snapshot", &FrameResult::snapshot, nb::rv_policy::reference_internal,
+              "What an earlier frame said, where the model has no appearance.")
       .def_prop_ro("visible_pixels", &FrameResult::visible_pixels, "Of the frame that the object covers.")
       .def_ro("iterations", &FrameResult::iterations, "Solved systems, all levels.")
       .def_prop_ro(
