@@ -8,6 +8,8 @@ namespace {
 
 /// Standard deviation of the orientation, radians, up to which a pose is believed: twice this is less than 5 degrees.
 constexpr double kSureTurn = 0.04;
+/// The same where a pose is held by the outline of an object that its texture says little of: 5 degrees.
+constexpr double kKnownTurn = 0.087;
 /// Share of the texture's information that must be believed.
 constexpr double kLeastReliability = 0.2;
 /// Few pixels that agree very well and tell the pose: enough to be held on to.
@@ -78,20 +80,24 @@ Verdict why_texture_is_weak(const Alignment& a, const AcceptanceContext& context
   return {status, Reason::occluded, "occluded " + percent(hidden_share(a, context))};
 }
 
+Verdict open_turn(const Alignment& a) {
+  return {Status::held, Reason::ambiguous,
+          "a turn does not show: known to " + turn(a) + " degrees (standard deviation)"};
+}
+
 Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   if (a.has_contour && !is_held_by_texture(a, context)) {
     const double hidden = 1 - a.contour.sums.near / std::max(1.0, a.contour.sums.lines);
     if (hidden > kMuchContourHidden) {
       return {Status::held, Reason::occluded, "contour hidden " + percent(hidden)};
     }
-    return {Status::held, Reason::none, ""};
+    return a.turn_deviation() > kOpenTurn ? open_turn(a) : Verdict{Status::held, Reason::none, ""};
   }
   if (context.usual_inlier_ratio > 0 && hidden_share(a, context) > kMuchHidden) {
     return why_texture_is_weak(a, context, Status::held);
   }
   if (a.texture.unobservable.count > 0 && a.turn_deviation() > kOpenTurn) {
-    return {Status::held, Reason::ambiguous,
-            "a turn does not show: known to " + turn(a) + " degrees (standard deviation)"};
+    return open_turn(a);
   }
   if (context.gain > kOtherLight || context.gain < 1 / kOtherLight) {
     return {Status::held, Reason::light_changed, "light changed"};
@@ -118,6 +124,10 @@ Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (context.lost_before) {
     return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
   }
+  if (a.has_texture && a.turn_deviation() > kKnownTurn && outline_score(a, context.usual_outline) >= kHeldContour) {
+    return {Status::lost, Reason::ambiguous,
+            "its outline is seen, but not how it is turned: known to " + turn(a) + " degrees (standard deviation)"};
+  }
   if (!context.expected) {
     return {Status::lost, Reason::ambiguous, "the contour fits only where the object could hardly have come to"};
   }
@@ -139,6 +149,8 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   const bool edges_tell = usual.edge_score > kTellingScore && usual.edge_share > kTellingShare;
   if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
   if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
+  // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
+  if (a.has_texture && a.turn_deviation() > kKnownTurn) return false;
   if (context.texture_trust <= kTextureLeads) return true;
   const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
   return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;
@@ -207,6 +219,7 @@ bool is_probable(const Alignment& a, const AcceptanceContext& context) {
 
 bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   static_cast<void>(tuning);
+  if (context.print_missing) return false;
   return is_held_by_texture(a, context) || is_held_by_contour(a, context) || is_held_by_snapshot(a, context);
 }
 
@@ -223,6 +236,10 @@ bool is_promising(const Alignment& a, const AcceptanceContext& context) {
 
 Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   if (is_held(a, tuning, context)) return held(a, tuning, context);
+  if (context.print_missing) {
+    return {Status::lost, Reason::low_evidence,
+            "its outline is seen, but the model's print is not on it: another object, or another pose"};
+  }
   if (!a.has_texture || (context.texture_trust <= kTextureLeads && a.has_contour)) return lost_by_contour(a, context);
   if (a.texture.sums.visible <= 0) {
     return {Status::lost, Reason::out_of_view,

@@ -22,6 +22,7 @@ struct AcceptanceContext {
   UsualOutline usual_outline;
   double texture_trust = 1;           ///< share of texture in what is usually known of the pose
   bool unobservable_usually = false;  ///< some motion never shows: that it does not speaks against nothing
+  bool print_missing = false;         ///< the model has a print that is not there where its outline is
   bool sure_snapshot = false;         ///< the snapshot is of the object, not of what hid it
   int without_outline = 0;            ///< frames in a row in which a snapshot held it and the outline did not show it
   double predicted_pixels = 0;        ///< farthest that the object was expected to move since the last frame

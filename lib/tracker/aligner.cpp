@@ -32,11 +32,14 @@ constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
-/// Share of the contour's information, all directions together, below which it hardly shows a motion; of a can's turn
-/// it has 0.003 to 0.007.
+/// Share of the contour's information, all directions together, below which it hardly shows a motion that texture
+/// does not show at all; of a can's turn it has up to 0.007.
 constexpr double kHardly = 0.016;
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
+/// Share of the outline's information, all motions together, below which it does not show a turn: of the turn of cans,
+/// bottles and tubes about their axis it has 0.0001 to 0.0016, of any turn of boxes, loaves and figures 0.0014 or more.
+constexpr double kFaint = 0.0018;
 /// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
 /// information: of a can's turn the outline has less, and that only from its facets.
 constexpr double kSnapshotTurn = 0.01;
@@ -73,6 +76,28 @@ NormalEquations without_hidden(NormalEquations contour, const TextureTerms& text
     contour.A -= told * told.transpose() / information;
   }
   return contour;
+}
+
+/// Forgets what the outline tells of turns that it hardly shows: rims of round things seem to tell of their turn where
+/// they are cut into facets and pixels.
+NormalEquations without_faint_turns(NormalEquations outline) {
+  const double trace = outline.A.trace();
+  if (trace <= 0) return outline;
+  const Eigen::Matrix3d places = outline.A.topLeftCorner<3, 3>() + 1e-9 * trace * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d along = -places.ldlt().solve(outline.A.topRightCorner<3, 3>());
+  const Eigen::Matrix3d turns = outline.A.bottomRightCorner<3, 3>() + outline.A.bottomLeftCorner<3, 3>() * along;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turns);
+  for (int i = 0; i < 3; ++i) {
+    if (solver.eigenvalues()(i) > kFaint * trace) break;
+    Twist motion;
+    motion << along * solver.eigenvectors().col(i), solver.eigenvectors().col(i);
+    const Twist told = outline.A * motion;
+    const double information = motion.dot(told);
+    if (information <= 0) continue;
+    outline.h -= told * (motion.dot(outline.h) / information);
+    outline.A -= told * told.transpose() / information;
+  }
+  return outline;
 }
 
 /// They are searched closer and closer.
@@ -302,6 +327,7 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   NormalEquations outline;
   if (alignment.has_edges) outline += alignment.edges.equations;
   if (alignment.has_contour) outline += alignment.contour.equations;
+  outline = without_faint_turns(outline);
   if (!state.textured) return outline;
   outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
   outline *= 1 / state.usual.contour_excess;

@@ -42,6 +42,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Stopwatch watch(total);
     if (!state_.seen) see(prior_.T_camera_object, false, state_);
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
+    state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
     if (!held(best) && !state_.seen && start_as_given(prior_.T_camera_object)) {
       best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
@@ -56,6 +57,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
         if (!held(best)) relocalize_by_outline(prior_, best);
       }
     }
+    look_for_print(best);
     result = report(best, state_);
     last_ = best;
     if (result.status == Status::held) {

@@ -49,6 +49,8 @@ class Pipeline {
   void upload(const Rect& wanted, int margin);
   /// Learns light, colours and, at an `exact` pose, what is usual, from the frame at hand.
   void see(const Pose& T_camera_object, bool exact, TrackingState& state);
+  /// Whether a pose that the outline alone holds, with nothing in front of it, has the model's print on it.
+  void look_for_print(const Alignment& alignment);
   /// Takes a first pose at its word where the model's own edges are not found and the frame has others that go along
   /// with them: they are followed instead. False where there are none.
   bool start_as_given(const Pose& T_camera_object);

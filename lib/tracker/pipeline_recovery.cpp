@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "texture/print_agreement.hpp"
 #include "tracker/pipeline.hpp"
 
 namespace holdfast {
@@ -22,6 +23,10 @@ constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Snapshots that a lost object is compared with in a frame, and pixels of one that a place is scored with, about.
 constexpr std::size_t kSnapshotsAFrame = 3;
 constexpr double kScoredPixels = 200;
+/// Inlier ratio of texture above which the print is there.
+constexpr double kMuchAgrees = 0.3;
+/// Of the frames in a row that the outline alone holds, one in so many is looked at for the model's print.
+constexpr int kPrintEvery = 8;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 2;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
@@ -139,6 +144,21 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
     }
   }
   if (is_probable(best, context(best, state_))) best = settled(best);
+}
+
+void Pipeline::look_for_print(const Alignment& alignment) {
+  if (!state_.textured || tuning_.paper() || !held(alignment)) return;
+  const AcceptanceContext context = this->context(alignment, state_);
+  if (is_held_by_texture(alignment, context) && alignment.texture.inlier_ratio() > kMuchAgrees) return;
+  if (!shows_all(alignment, context.usual_outline)) return;
+  if (!state_.motion.lost() && state_.usual.held_frames % kPrintEvery != 0) return;
+  const Pose& T = alignment.T_camera_object;
+  const int level = state_.finest, around = (filter_.radius() + 4) << level;
+  upload(view_.bounds(T), around);
+  if (!aligner_.draw(T, level, 1, state_, alignment.imaging)) return;
+  image_.enqueue_blur(level, coarser(grown(view_.bounds(T), around), level));
+  state_.print_missing =
+      print_agreement(device_.impl(), view_, image_, levels_[static_cast<std::size_t>(level)]).missing();
 }
 
 bool Pipeline::searches_by_texture(const TrackingState& state) const {

@@ -179,6 +179,7 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
                      alignment.texture.sums.gradient * alignment.texture.row_stride < kFewGradients;
   result.without_outline = state.without_outline;
   result.sure_snapshot = state.sure_snapshot;
+  result.print_missing = state.print_missing;
   result.texture_trust = state.textured && !blank ? state.usual.texture_trust : 0;
   result.unobservable_usually = state.usual.unobservable_usually();
   if (state.followed()) {
