@@ -89,7 +89,8 @@ std::filesystem::path default_cache_folder() {
   return {};
 }
 
-ProgramCache::ProgramCache(const std::filesystem::path& folder) : folder_(folder.empty() ? default_cache_folder() : folder) {}
+ProgramCache::ProgramCache(const std::filesystem::path& folder)
+    : folder_(folder.empty() ? default_cache_folder() : folder) {}
 
 cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& device, const std::string& source,
                                 const std::string& options) const {
