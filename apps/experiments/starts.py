@@ -35,6 +35,7 @@ REMEMBERED = [("box", "box_a_regular", "box_e_fast"), ("bottle", "bottle_a_regul
 FOCAL = ["box_a_regular", "box_b_light", "box_c_noisy", "bottle_a_regular"]
 DEMO_FOCAL = 660
 MARKS = pathlib.Path(__file__).resolve().parents[2] / "tests/data/box_real_corners.csv"
+SAME_SIDE_DEGREES = 30
 WITHIN_MM, WITHIN_DEGREES, WITHIN_FRAMES = 10, 5, 5
 
 
@@ -48,6 +49,9 @@ class Bench:
 
     def poses(self, sequence):
         return read_poses(self.sequences / sequence / "poses_gt.txt")
+
+    def visible(self, sequence):
+        return [float(word) for word in (self.sequences / sequence / "visible.txt").read_text().split()]
 
     def track(self, frames, model, camera, *more):
         """The rows of a run."""
@@ -77,7 +81,7 @@ def starts(bench, step):
     lines = []
     for sequence in TEXTURED + OCCLUDED:
         name, poses = sequence.split("_")[0], bench.poses(sequence)
-        visible = [float(word) for word in (bench.sequences / sequence / "visible.txt").read_text().split()]
+        visible = bench.visible(sequence)
         least = 0.5 if sequence in OCCLUDED else 0
         tried = at_once = right = wrong = 0
         for frame in range(0, len(poses) - WITHIN_FRAMES, step):
@@ -218,8 +222,15 @@ def back(bench, step):
     return table(["trials", "held again within 15 frames", "frames held wrongly"], [(trials, again, wrong)])
 
 
+def seen_from(pose):
+    """The direction in which the camera lies, object frame."""
+    direction = [-sum(pose[row][column] * pose[row][3] for row in range(3)) for column in range(3)]
+    length = math.sqrt(sum(value * value for value in direction))
+    return [value / length for value in direction]
+
+
 def remembered(bench, step):
-    """A run over one sequence from a pose, then starts in another without one."""
+    """A run over one sequence from a pose, then starts in another without one, where it shows a side that was shown."""
     lines = []
     for name, learned, tried_in in REMEMBERED:
         model, poses = bench.model(name, True), bench.poses(tried_in)
@@ -229,8 +240,13 @@ def remembered(bench, step):
         if not kept.exists():
             lines.append((name, learned, tried_in, "nothing", "-", "-", "-", "-"))
             continue
+        shown = [seen_from(pose) for pose in bench.poses(learned)]
+        visible = bench.visible(tried_in)
         tried = right = wrong = 0
         for frame in range(0, len(poses) - WITHIN_FRAMES, step):
+            nearest = max(sum(a * b for a, b in zip(seen_from(poses[frame]), side)) for side in shown)
+            if nearest < math.cos(math.radians(SAME_SIDE_DEGREES)) or visible[frame] < 0.5:
+                continue
             own = bench.work / "own.seen"  # each start knows the first run only
             own.write_bytes(kept.read_bytes())
             row = first_held(bench.track(bench.sequences / tried_in / "frames", model, tried_in, "--start", frame,
