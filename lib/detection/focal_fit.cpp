@@ -13,6 +13,8 @@ namespace {
 /// Deviations: of the principal point from the middle, in widths; of k1; of the model's lengths, share; of its parts,
 /// in radii, which are cubes of so many radii.
 constexpr double kOffCenter = 0.02, kDistortion = 0.1, kStretch = 0.03, kShift = 0.02, kPart = 0.15;
+/// Of the focal length's logarithm, around one width of the picture, as most cameras have it.
+constexpr double kUsual = 0.5;
 /// Matches that say the same: features of all sizes overlap.
 constexpr double kRepeated = 4;
 /// Turns, radians, between frames below which they show the same: so do their matches then.
@@ -44,7 +46,7 @@ Pose moved(const Pose& T_camera_object, const Vector6& motion) {
   return renormalized(T);
 }
 
-/// Inverse variances of what is shared; the focal length has none.
+/// Inverse variances of what is shared, but for the focal length.
 Eigen::Matrix<double, 10, 1> prior() {
   Eigen::Matrix<double, 10, 1> deviations;
   deviations << 1, kOffCenter, kOffCenter, kDistortion, kStretch, kStretch, kStretch, kStretch, kStretch, kStretch;
@@ -151,7 +153,8 @@ FocalFit::Sums FocalFit::sums(const std::vector<Consensus>& frames) const {
 }
 
 double FocalFit::cost(const Sums& sums, double noise) const {
-  double result = sums.square / noise + offsets_.cwiseAbs2().dot(prior());
+  const double unusual = std::log(focal_ / width_) / kUsual;
+  double result = sums.square / noise + offsets_.cwiseAbs2().dot(prior()) + unusual * unusual;
   for (const auto& [part, shift] : shifts_) result += shift.squaredNorm() / (kShift * kShift);
   return result;
 }
@@ -167,6 +170,8 @@ void FocalFit::fit(std::vector<Consensus>& frames) {
     Eigen::VectorXd h = here.h / noise;
     A.diagonal().head<kShared>() += prior();
     h.head<kShared>() -= prior().cwiseProduct(offsets_);
+    A(0, 0) += 1 / (kUsual * kUsual);
+    h(0) -= std::log(focal_ / width_) / (kUsual * kUsual);
     std::map<Part, Matrix3> inverses;
     for (const auto& [part, own] : here.parts) {
       const Matrix3 inverse = (own.A / noise + Matrix3::Identity() / (kShift * kShift)).inverse();
