@@ -143,6 +143,8 @@ int TrackCommand::run() const {
   if (!remembered.empty()) {
     learner.emplace(mesh, calibrated, recognition().drawn_features(mesh), recognition().seen_features(mesh));
   }
+  const bool textured = mesh.has_appearance();
+  bool sure = true;
   const std::size_t remembered_before = learner ? learner->seen().count() : 0;
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
@@ -208,7 +210,9 @@ int TrackCommand::run() const {
       started = false;
     }
     look(tracked);
-    if (learner && started) learner->look(tracker_view(tracked.frame.image, grey), tracked.result);
+    // Without texture one that was lost may have been found turned into another of its symmetries.
+    sure = textured || (sure && (!started || tracked.result.status == Status::held));
+    if (learner && started && sure) learner->look(tracker_view(tracked.frame.image, grey), tracked.result);
     if (window) window->update([&] { return interruption.requested(); });
   };
   parts.write = [&](TrackedFrame& tracked) {

@@ -19,6 +19,8 @@ constexpr std::size_t kMostRefined = 3;
 /// them, radians and shares of its distance.
 constexpr int kLeastSeen = 15;
 constexpr double kMostTurn = 0.12, kMostShare = 0.05;
+/// Its contour's score at least, and share of lines with the edge next to it.
+constexpr double kSeenScore = 0.45, kSeenNear = 0.7;
 /// A pose is refined until it moves by less than this: radians, and shares of its distance.
 constexpr int kMostRounds = 3;
 constexpr double kSettledTurn = 0.01, kSettledShare = 0.003;
@@ -85,7 +87,9 @@ std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCa
   for (const PoseCandidate& candidate : candidates) {
     if (candidate.inliers < kLeastSeen || candidate.T_camera_object.translation().z() <= 0) continue;
     FrameResult result = refined_by_contour(tracker, frame, candidate.T_camera_object);
-    if (result.status != Status::held ||
+    const ContourEvidence& contour = result.contour;
+    if (result.status != Status::held || !contour.asked || contour.score() < kSeenScore ||
+        contour.near_lines < kSeenNear * contour.lines ||
         !is_near(result.T_camera_object, candidate.T_camera_object, kMostTurn, kMostShare)) {
       continue;
     }
