@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -22,6 +21,7 @@
 #include "init/check_picture.hpp"
 #include "init/click_session.hpp"
 #include "init/guided_pose.hpp"
+#include "init/init_outcome.hpp"
 #include "init/point_pairs.hpp"
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
@@ -69,24 +69,12 @@ struct InitCommand {
 
  private:
   void run_guide() const;
-  struct Outcome {
-    cv::Mat frame;  ///< empty: none was given
-    std::optional<Mesh> mesh;
-    std::vector<PointPair> given;
-    std::vector<double> off_surface;  ///< of each, from the mesh, metres; empty without one
-    PoseFromPoints from_points;
-    std::optional<RefinementOnFrame> refinement;
-
-    const Pose& pose() const { return refinement ? refinement->T_camera_object : from_points.T_camera_object; }
-  };
 
   void require_consistent() const;
   std::vector<fs::path> outputs() const;
   std::optional<Camera> known_camera(const cv::Mat& frame) const;
-  void refine(Outcome& outcome) const;
-  void write(const Outcome& outcome) const;
-  std::string text(const Outcome& outcome) const;
-  std::string json(const Outcome& outcome) const;
+  void refine(InitOutcome& outcome) const;
+  void write(const InitOutcome& outcome) const;
 };
 
 void InitCommand::add_to(CLI::App& command) {
@@ -221,7 +209,7 @@ void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs, 
   }
 }
 
-void InitCommand::refine(Outcome& outcome) const {
+void InitCommand::refine(InitOutcome& outcome) const {
   const bool possible = outcome.mesh && outcome.mesh->has_appearance() && !outcome.frame.empty();
   if (no_refine || !possible) {
     return;
@@ -235,89 +223,7 @@ void InitCommand::refine(Outcome& outcome) const {
   }
 }
 
-std::string InitCommand::text(const Outcome& outcome) const {
-  const Camera& used = outcome.from_points.camera;
-  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.from_points.pairs, used, outcome.pose());
-  std::string text = fmt::format("    {:<12} {:>8} {:>8} {:>8}   {:>8} {:>8}   {:>8}\n", "point", "x m", "y m", "z m",
-                                 "u px", "v px", "off px");
-  for (std::size_t i = 0; i < outcome.from_points.pairs.size(); ++i) {
-    const PointPair& pair = outcome.from_points.pairs[i];
-    text += fmt::format("{:>3} {:<12} {:>8.4f} {:>8.4f} {:>8.4f}   {:>8.1f} {:>8.1f}   {:>8.2f}\n", i + 1, pair.name,
-                        pair.p_object.x(), pair.p_object.y(), pair.p_object.z(), pair.pixel.x(), pair.pixel.y(),
-                        residuals[i].norm());
-  }
-  text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals),
-                      outcome.from_points.pairs.size());
-  if (!outcome.off_surface.empty()) {
-    text += fmt::format("off the model  {:.2f} mm at most\n",
-                        1e3 * *std::max_element(outcome.off_surface.begin(), outcome.off_surface.end()));
-  }
-  if (estimate_focal) {
-    text += fmt::format("focal length   {:.1f} +- {:.0f} px, centre ({:.1f}, {:.1f})\n", used.fx,
-                        outcome.from_points.focal_sigma, used.cx, used.cy);
-  }
-  if (outcome.refinement && outcome.refinement->accepted) {
-    text += fmt::format("refined        on the frame: moved {:.2f} px, correlation {:.3f}\n", outcome.refinement->moved,
-                        outcome.refinement->correlation);
-  }
-  const Eigen::Vector3d& t = outcome.pose().translation();
-  text +=
-      fmt::format("object at      ({:.4f}, {:.4f}, {:.4f}) m: right, down, ahead of the camera\n", t.x(), t.y(), t.z());
-  if (pose_out.empty()) {
-    const auto& matrix = outcome.pose().matrix();
-    for (int row = 0; row < 4; ++row) {
-      text +=
-          fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", matrix(row, 0), matrix(row, 1), matrix(row, 2), matrix(row, 3));
-    }
-  }
-  for (const fs::path& path : outputs()) {
-    text += fmt::format("written        {}\n", path.string());
-  }
-  return text;
-}
-
-std::string InitCommand::json(const Outcome& outcome) const {
-  using Json = nlohmann::ordered_json;
-  const Camera& used = outcome.from_points.camera;
-  const std::vector<Eigen::Vector2d> residuals = point_residuals(outcome.from_points.pairs, used, outcome.pose());
-  Json document;
-  Json rows = Json::array();
-  for (int row = 0; row < 4; ++row) {
-    const auto values = outcome.pose().matrix().row(row);
-    rows.push_back({values(0), values(1), values(2), values(3)});
-  }
-  document["T_camera_object"] = rows;
-  document["camera"] = {{"width", used.width},
-                        {"height", used.height},
-                        {"fx", used.fx},
-                        {"fy", used.fy},
-                        {"cx", used.cx},
-                        {"cy", used.cy},
-                        {"lens", lens_name(used.lens)},
-                        {"distortion", used.distortion}};
-  document["focal_sigma_px"] = estimate_focal ? Json(outcome.from_points.focal_sigma) : Json(nullptr);
-  document["rms_px"] = root_mean_square(residuals);
-  document["points"] = Json::array();
-  for (std::size_t i = 0; i < outcome.from_points.pairs.size(); ++i) {
-    const PointPair& pair = outcome.from_points.pairs[i];
-    document["points"].push_back({{"name", pair.name},
-                                  {"p_object", {pair.p_object.x(), pair.p_object.y(), pair.p_object.z()}},
-                                  {"pixel", {pair.pixel.x(), pair.pixel.y()}},
-                                  {"residual_px", {residuals[i].x(), residuals[i].y()}}});
-  }
-  document["off_surface_m"] = outcome.off_surface.empty() ? Json(nullptr) : Json(outcome.off_surface);
-  document["refinement"] = nullptr;
-  if (outcome.refinement) {
-    document["refinement"] = {{"accepted", outcome.refinement->accepted},
-                              {"reason", outcome.refinement->reason},
-                              {"correlation", outcome.refinement->correlation},
-                              {"moved_px", outcome.refinement->moved}};
-  }
-  document["warnings"] = outcome.from_points.warnings;
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-void InitCommand::write(const Outcome& outcome) const {
+void InitCommand::write(const InitOutcome& outcome) const {
   const Camera& used = outcome.from_points.camera;
   if (!pose_out.empty()) {
     io::save_pose(pose_out, outcome.pose());
@@ -329,7 +235,7 @@ void InitCommand::write(const Outcome& outcome) const {
     save_point_pairs(points_out, outcome.given);
   }
   if (!json_out.empty()) {
-    write_whole(json_out, json(outcome));
+    write_whole(json_out, json_of(outcome));
   }
   if (!picture_out.empty()) {
     const std::vector<Line> outline =
@@ -371,7 +277,8 @@ void InitCommand::run() const {
     require_display();
   }
   if (!no_refine && !model.path.empty() && !image.empty()) start_drivers();
-  Outcome outcome;
+  InitOutcome outcome;
+  outcome.focal_estimated = estimate_focal;
   if (!points.empty()) {
     outcome.given = load_point_pairs(points, model.scale);
   }
@@ -402,7 +309,7 @@ void InitCommand::run() const {
   }
   refine(outcome);
   write(outcome);
-  fmt::print("{}", text(outcome));
+  fmt::print("{}", text_of(outcome, pose_out.empty(), outputs()));
 }
 
 }  // namespace

@@ -38,169 +38,31 @@
 #include "track/progress.hpp"
 #include "track/run_files.hpp"
 #include "track/run_summary.hpp"
+#include "track/track_command.hpp"
 #include "track/unknown_camera.hpp"
 #include "video/frame_source.hpp"
 #include "video/tracker_view.hpp"
 #include "window/display.hpp"
 
 namespace holdfast {
-namespace {
 
 namespace fs = std::filesystem;
 
-using namespace app;
+namespace app {
+namespace {
 
-struct TrackCommand {
-  std::string input;
-  ModelArguments model;
-  CameraArguments camera;
-  InitPoseArguments init;
-  fs::path guide;
-  fs::path views;
-  fs::path camera_out;
-  DeviceArguments device;
-  TrackerArguments tracker;
-  std::int64_t start = 0;
-  std::optional<std::int64_t> stop;
-  std::int64_t stride = 1;
-  double frame_rate = 0;
-  OutputPaths outputs;
-  fs::path completed_model;
-  bool require_held = false;
-  bool show = false;
-  bool quiet = false;
-  fs::path config;
-  std::string given;  ///< options, as a configuration file has them
-
-  void add_to(CLI::App& command);
-  int run() const;
-
- private:
-  FrameSourceOptions source_options() const;
-  Camera camera_of(FrameSource& source, const Mesh& mesh) const;
-  Recognition recognition() const { return {views, device.options, quiet}; }
-  std::string run_json(const Tracker& used) const;
-};
-
-void TrackCommand::add_to(CLI::App& command) {
-  command
-      .add_option("input", input,
-                  "Video file, image folder, image pattern (frames/%06d.png, 'frames/*.png'), or a camera's number")
-      ->required()
-      ->type_name("INPUT");
-  model.add_to(command);
-  camera.add_to(command, false, "; without it the focal length is estimated from a textured object");
-  command.add_option("--camera-out", camera_out, "The camera that was estimated, for --camera of the next run (.yml)")
-      ->type_name("FILE")
-      ->group("Object and camera");
-  init.add_to(command, false, "; without it a textured object is looked for in each frame until it is found");
-  command
-      .add_option("--guide", guide,
-                  "A pose about as the object will be held (to 20 degrees, a fifth of its distance, a quarter of the "
-                  "picture): it is waited for there; needs no texture")
-      ->type_name("FILE")
-      ->group("Object and camera");
-  command
-      .add_option("--views", views,
-                  "What the model looks like from all sides: read, or made and written where there is no such file yet "
-                  "[kept in the cache folder]")
-      ->type_name("FILE")
-      ->group("Object and camera");
-
-  constexpr const char* frames_group = "Frames";
-  command.add_option("--start", start, "First frame tracked, the one that --init is the pose in [0]")
-      ->type_name("N")
-      ->group(frames_group);
-  command.add_option("--stop", stop, "First frame not tracked any more [end]")->type_name("N")->group(frames_group);
-  command.add_option("--stride", stride, "Track every N-th frame [1]")->type_name("N")->group(frames_group);
-  command.add_option("--frame-rate", frame_rate, "Frames a second of images [30]; for a video instead of its own")
-      ->check(positive_number())
-      ->type_name("RATE")
-      ->group(frames_group);
-
-  constexpr const char* output_group = "Results";
-  command.add_option("--poses", outputs.poses, "CSV: pose, status and figures, a row a frame")
-      ->type_name("FILE")
-      ->group(output_group);
-  command.add_option("--tum", outputs.tum, "TUM trajectory of the frames that are held")
-      ->type_name("FILE")
-      ->group(output_group);
-  command.add_option("--json", outputs.json, "JSON: all that the CSV has, times, information matrices, the summary")
-      ->type_name("FILE")
-      ->group(output_group);
-  command
-      .add_option("--overlay", outputs.overlay,
-                  "Video (.mp4, .avi; .mkv, which plays after a kill too): the model's contour, and pixels used "
-                  "(green) or rejected (red)")
-      ->type_name("FILE")
-      ->group(output_group);
-  command.add_option("--contact-sheet", outputs.contact_sheet, "Picture (.png) of frames spread over the run")
-      ->type_name("FILE")
-      ->group(output_group);
-  command.add_option("--contact-frames", outputs.contact_frames, "How many [20]")->type_name("N")->group(output_group);
-  command
-      .add_option("--complete-model", completed_model,
-                  "Model (.obj) with the texture that the frames add where the given one has none; a model without any "
-                  "texture begins with what the first frame shows")
-      ->type_name("FILE")
-      ->group(output_group);
-  command
-      .add_flag(
-          "--show", show,
-          "A window with the contour, the axes and the status: space pauses, . goes on by a frame, c shows pixels "
-          "used and rejected, l looks for the object again, s saves the picture, q ends")
-      ->group(output_group);
-  command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
-  command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
-
-  device.add_to(command);
-  tracker.add_to(command);
-  add_config_option(command);
+/// True where a frame shows the object near this pose.
+bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view) {
+  try {
+    follower.reset(T_camera_object);
+    return follower.track(view).status == Status::held;
+  } catch (const Error&) {
+    return false;  // behind the camera
+  }
 }
 
-FrameSourceOptions TrackCommand::source_options() const {
-  FrameSourceOptions options;
-  options.start = start;
-  options.stop = stop;
-  options.stride = stride;
-  options.frame_rate = frame_rate;
-  if (camera.path.empty()) return options;
-  const Camera calibration = camera.load();
-  options.live_width = calibration.width;
-  options.live_height = calibration.height;
-  return options;
-}
+}  // namespace
 
-std::string TrackCommand::run_json(const Tracker& used) const {
-  const Camera& seen_by = used.camera();
-  const nlohmann::ordered_json run = {
-      {"version", HOLDFAST_VERSION},
-      {"input", input},
-      {"start", start},
-      {"stop", stop ? nlohmann::ordered_json(*stop) : nlohmann::ordered_json(nullptr)},
-      {"stride", stride},
-      {"model", model.path.string()},
-      {"model_scale", model.scale},
-      {"camera",
-       {{"width", seen_by.width},
-        {"height", seen_by.height},
-        {"fx", seen_by.fx},
-        {"fy", seen_by.fy},
-        {"cx", seen_by.cx},
-        {"cy", seen_by.cy},
-        {"lens", lens_name(seen_by.lens)},
-        {"distortion", seen_by.distortion}}},
-      {"init", init.path.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(init.path.string())},
-      {"mode", tracker.mode_name()},
-      {"options", given},
-      {"tracker", used.description()},
-      {"pose_convention", "object to camera, metres; camera axes x right, y down, z forward"},
-      {"information_convention",
-       "inverse covariance of (v, w) in T_true = T exp((v, w)): object axes, metres and radians"}};
-  return run.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-/// The camera that the file tells, or one whose focal length is estimated from the frames.
 Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
   if (!camera.path.empty()) return camera.load(source.size().width, source.size().height);
   if (!quiet) print_note("no camera is given: estimating its focal length from the object");
@@ -215,26 +77,18 @@ Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
   return estimated.camera;
 }
 
-/// True where a frame shows the object near this pose.
-bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view) {
-  try {
-    follower.reset(T_camera_object);
-    return follower.track(view).status == Status::held;
-  } catch (const Error&) {
-    return false;  // behind the camera
-  }
-}
-
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
   std::vector<fs::path> results = outputs.given();
   if (!camera_out.empty()) results.push_back(camera_out);
+  if (!remembered.empty()) results.push_back(remembered);
   require_separate_files({results, {}, {completed_model}},
                          {{camera.path, init.path, guide, views, config}, {input}, {model.path}});
   if (!completed_model.empty()) {
     require_model_name(completed_model);
     require_writable(completed_model);
   }
+  if (!remembered.empty()) require_writable(remembered);
   if (show) require_display("--show", "run it where there is one, or leave it out");
   start_drivers();
   FrameSource source(input, source_options());
@@ -270,7 +124,8 @@ int TrackCommand::run() const {
   if (!guide.empty()) {
     const Pose T_guide = io::load_pose(guide);
     const auto detector = std::make_shared<const detection::GuideDetector>(mesh, calibrated, T_guide);
-    start_search.emplace([detector](const ImageView& frame) { return detector->detect(frame); }, T_guide);
+    start_search.emplace([detector](const ImageView& frame) { return detector->detect(frame); }, StartSearch::By::guide,
+                         T_guide);
   }
   // What is searched after a loss in a file may be made when it is first lost; a camera does not wait.
   const bool recovers = options.recovery && options.quality != Quality::paper && !completion && mesh.has_appearance();
@@ -279,9 +134,18 @@ int TrackCommand::run() const {
   if (recovers || recognizes) {
     const ProposePoses recognize =
         recognition().proposer(std::make_shared<const Mesh>(mesh), calibrated, recognizes || source.live());
-    if (!start_search) start_search.emplace(recognize, std::nullopt);
+    if (!start_search) {
+      start_search.emplace(recognize, mesh.has_appearance() ? StartSearch::By::texture : StartSearch::By::sight);
+    }
     if (recovers) loss_search.emplace(recognize);
   }
+  std::optional<detection::SightLearner> learner;
+  if (!remembered.empty()) {
+    learner.emplace(mesh, calibrated, recognition().drawn_features(mesh), recognition().seen_features(mesh));
+  }
+  const bool textured = mesh.has_appearance();
+  bool sure = true;
+  const std::size_t remembered_before = learner ? learner->seen().count() : 0;
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
@@ -346,6 +210,9 @@ int TrackCommand::run() const {
       started = false;
     }
     look(tracked);
+    // Without texture one that was lost may have been found turned into another of its symmetries.
+    sure = textured || (sure && (!started || tracked.result.status == Status::held));
+    if (learner && started && sure) learner->look(tracker_view(tracked.frame.image, grey), tracked.result);
     if (window) window->update([&] { return interruption.requested(); });
   };
   parts.write = [&](TrackedFrame& tracked) {
@@ -371,6 +238,9 @@ int TrackCommand::run() const {
     }
   };
   attempt([&] { files.finish(summary); });
+  if (learner && learner->seen().count() > remembered_before) {
+    attempt([&] { learner->seen().save(remembered); });
+  }
   if (completion) {
     attempt([&] {
       io::save_model(completed_model, completion->model());
@@ -395,7 +265,7 @@ int TrackCommand::run() const {
   if (failure) {
     std::rethrow_exception(failure);
   }
-  if (report.interrupted && !(window && window->quits())) {
+  if ((report.interrupted || interruption.requested()) && !(window && window->quits())) {
     return kInterrupted;
   }
   if (early) {
@@ -412,21 +282,16 @@ int TrackCommand::run() const {
   return require_held && summary.lost > 0 ? kLost : kOk;
 }
 
-}  // namespace
+}  // namespace app
+
+using namespace app;
 
 void add_track_command(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("track", "Follow an object through a video and write its poses");
   const auto track = std::make_shared<TrackCommand>();
   track->add_to(*command);
   command->callback([command, track, &exit_code] {
-    refuse_beside(*command, {"--camera-out"}, !track->camera.path.empty(), "--camera");
-    if (track->camera.path.empty() && !(track->init.path.empty() && track->guide.empty())) {
-      throw Error(ErrorCode::invalid_argument,
-                  "--init and --guide need --camera: a pose is of the camera that it was measured with");
-    }
-    refuse_beside(*command, {"--guide"}, !track->init.path.empty(), "--init");
-    refuse_without(*command, {"--complete-model"}, !track->init.path.empty(), "--init");
-    refuse_without(*command, {"--contact-frames"}, !track->outputs.contact_sheet.empty(), "--contact-sheet");
+    track->check(*command);
     track->config = config_file(*command);
     track->given = command->config_to_str();
     exit_code = track->run();

@@ -10,12 +10,14 @@
 #include <vector>
 
 #include "support/files.hpp"
+#include "video/camera_reader.hpp"
 #include "video/frame_source.hpp"
 #include "video/image_list.hpp"
 #include "video/media_check.hpp"
 
 namespace fs = std::filesystem;
 using holdfast::ErrorCode;
+using holdfast::app::CameraReader;
 using holdfast::app::Frame;
 using holdfast::app::FrameSource;
 using holdfast::app::FrameSourceOptions;
@@ -479,4 +481,59 @@ TEST_CASE("an image's end mark is looked for behind its thumbnail") {
   jpeg.resize(jpeg.size() - 2);
   CHECK(image_damage(jpeg));
   CHECK_FALSE(image_damage(std::vector<std::uint8_t>{1, 2, 3, 4, 5}));  // no JPEG: the decoder's matter
+}
+
+namespace {
+
+/// A camera that delivers so many frames each time it is opened.
+class FakeCamera : public cv::VideoCapture {
+ public:
+  explicit FakeCamera(int frames) : left_(frames) {}
+  bool grab() override { return left_-- > 0; }
+  bool read(cv::OutputArray image) override {
+    if (!grab()) return false;
+    cv::Mat(4, 6, CV_8UC3, cv::Scalar(90, 90, 90)).copyTo(image);
+    return true;
+  }
+  double get(int) const override { return 0; }
+  bool set(int, double) override { return true; }
+
+ private:
+  int left_;
+};
+
+}  // namespace
+
+TEST_CASE("a camera that is unplugged and comes back goes on") {
+  int opened = 0, asked = 0;
+  const auto open = [&]() -> std::unique_ptr<cv::VideoCapture> {
+    ++opened;
+    if (opened == 2 || opened == 3) return nullptr;  // still unplugged
+    return std::make_unique<FakeCamera>(2);
+  };
+  FrameSourceOptions options;
+  options.gives_up = [&] { return ++asked > 5; };
+  CameraReader reader(0, open, options, std::chrono::milliseconds(0));
+  Frame frame;
+  double last = -1;
+  for (int i = 0; i < 4; ++i) {
+    CAPTURE(i);
+    REQUIRE(reader.read(frame));
+    CHECK(frame.index == i);
+    CHECK(frame.time_s > last);
+    CHECK(frame.image.size() == cv::Size(6, 4));
+    last = frame.time_s;
+  }
+  CHECK(opened == 4);
+  CHECK(reader.skip());
+  // Nobody waits any longer; and where nobody does from the beginning, it ends at once.
+  asked = 5;
+  REQUIRE(reader.read(frame));
+  CHECK_FALSE(reader.read(frame));
+  CHECK(reader.ended_early(0)->find("disconnected") != std::string::npos);
+  CameraReader impatient(
+      0, [] { return std::make_unique<FakeCamera>(1); }, {}, std::chrono::milliseconds(0));
+  CHECK(impatient.read(frame));
+  CHECK_FALSE(impatient.read(frame));
+  CHECK_FALSE(impatient.skip());
 }

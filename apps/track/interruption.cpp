@@ -29,12 +29,13 @@ Interruption::Interruption() {
 }
 
 Interruption::~Interruption() {
+  signalled = false;
   sigaction(SIGINT, &previous_int_, nullptr);
   sigaction(SIGTERM, &previous_term_, nullptr);
   sigaction(SIGHUP, &previous_hup_, nullptr);
   sigaction(SIGPIPE, &previous_pipe_, nullptr);
 }
 
-bool Interruption::requested() const { return signalled; }
+bool Interruption::requested() { return signalled; }
 
 }  // namespace holdfast::app

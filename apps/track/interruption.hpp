@@ -13,7 +13,8 @@ class Interruption {
   Interruption(const Interruption&) = delete;
   Interruption& operator=(const Interruption&) = delete;
 
-  bool requested() const;
+  /// False where none lives.
+  static bool requested();
 
  private:
   struct sigaction previous_int_ {};

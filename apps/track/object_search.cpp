@@ -1,7 +1,6 @@
 #include "track/object_search.hpp"
 
 #include <chrono>
-#include <cstdlib>
 #include <system_error>
 
 #include "holdfast/error.hpp"
@@ -21,24 +20,15 @@ double milliseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-fs::path cache_folder(const DeviceOptions& options) {
-  const auto variable = [](const char* name) -> fs::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  if (!options.cache_folder.empty()) return options.cache_folder;
-  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
-  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
-  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
-  return {};
-}
 }  // namespace
 
-detection::ModelFeatures Recognition::features(const Mesh& mesh) const {
+using detection::ModelFeatures;
+
+ModelFeatures Recognition::drawn_features(const Mesh& mesh) const {
+  if (!mesh.has_appearance()) return ModelFeatures::none(mesh);
   const SlowNotice notice(quiet ? nullptr : terminal(), "drawing the model from all sides, to recognize it by");
-  using detection::ModelFeatures;
   if (!views.empty()) return ModelFeatures::kept_in(views, mesh);
-  const fs::path folder = cache_folder(options);
+  const fs::path folder = options.cache_folder.empty() ? default_cache_folder() : options.cache_folder;
   if (folder.empty()) return ModelFeatures(mesh);
   const fs::path path = folder / (detection::model_hash(mesh) + ".views");
   try {
@@ -53,6 +43,17 @@ detection::ModelFeatures Recognition::features(const Mesh& mesh) const {
   } catch (const Error&) {  // no cache then
   }
   return made;
+}
+
+ModelFeatures Recognition::seen_features(const Mesh& mesh) const {
+  std::error_code unknown;
+  if (remembered.empty() || !fs::exists(remembered, unknown)) return ModelFeatures::none(mesh);
+  return ModelFeatures::load(remembered, mesh);
+}
+
+ModelFeatures Recognition::features(const Mesh& mesh) const {
+  const ModelFeatures both = drawn_features(mesh).with(seen_features(mesh));
+  return both.count() > 0 ? both : ModelFeatures(mesh);  // which says what is missing
 }
 
 ProposePoses Recognition::proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const {
@@ -71,8 +72,9 @@ ProposePoses Recognition::proposer(std::shared_ptr<const Mesh> mesh, const Camer
   };
 }
 
-std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& frame, double time_s) {
-  if (!T_guide_) return detection::start_at(tracker, propose_(frame), frame, time_s);
+std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& frame, std::optional<double> time_s) {
+  if (by_ == By::texture) return detection::start_at(tracker, propose_(frame), frame, time_s);
+  if (by_ == By::sight) return detection::start_seen(tracker, propose_(frame), frame, time_s);
   if (seen_ > 0) {
     const FrameResult result = tracker.track(frame, time_s);
     if (detection::is_seen(result)) return result;
@@ -81,15 +83,15 @@ std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& 
   return detection::start_near(tracker, propose_(frame), frame, time_s);
 }
 
-FrameResult StartSearch::look(Tracker& tracker, const ImageView& frame, double time_s) {
+FrameResult StartSearch::look(Tracker& tracker, const ImageView& frame, std::optional<double> time_s) {
   const auto begin = Clock::now();
   FrameResult result;
   result.reason = Reason::out_of_view;
   result.message = "not found yet";
-  if (T_guide_) result.T_camera_object = *T_guide_;
+  result.T_camera_object = T_guide_;
   if (const auto found = find(tracker, frame, time_s)) {
     result = *found;
-    found_ = !T_guide_ || ++seen_ == kSeenByGuide;
+    found_ = by_ != By::guide || ++seen_ == kSeenByGuide;
     if (!found_) {
       result.status = Status::lost;
       result.reason = Reason::not_surely_found;

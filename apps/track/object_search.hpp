@@ -18,12 +18,18 @@ using ProposePoses = std::function<std::vector<detection::PoseCandidate>(const I
 
 /// How a model is recognized by its texture.
 struct Recognition {
-  std::filesystem::path views;  ///< file of its features; empty: in the cache folder
-  DeviceOptions options;        ///< with the cache folder
-  bool quiet = false;           ///< says nothing while they are made
+  std::filesystem::path views;       ///< file of its features; empty: in the cache folder
+  std::filesystem::path remembered;  ///< file of features that frames have shown; empty: none
+  DeviceOptions options;             ///< with the cache folder
+  bool quiet = false;                ///< says nothing while they are made
 
   /// The model's features, from the file `views`, where they are kept if one is given, else from the cache folder,
-  /// where a file that cannot be used or written only costs making them again. Throws as detection::ModelFeatures.
+  /// where a file that cannot be used or written only costs making them again; none of a model without a look. Throws
+  /// as detection::ModelFeatures.
+  detection::ModelFeatures drawn_features(const Mesh& mesh) const;
+  /// Those that are remembered; none where there is no such file yet. Throws as detection::ModelFeatures::load().
+  detection::ModelFeatures seen_features(const Mesh& mesh) const;
+  /// Both. Throws Error(model) where there are none.
   detection::ModelFeatures features(const Mesh& mesh) const;
   /// Finds it by them. They are made at once, or when they are first wanted: a model that has none is then looked for
   /// in vain.
@@ -33,9 +39,12 @@ struct Recognition {
 /// Looks for an object that was never seen yet, in every frame until it is found.
 class StartSearch {
  public:
-  /// `T_guide`: what proposes is a guide, about as the object will be held: it must be seen in three frames in a row.
-  StartSearch(ProposePoses propose, const std::optional<Pose>& T_guide)
-      : propose_(std::move(propose)), T_guide_(T_guide) {}
+  /// What `propose` finds is the model's texture, features that frames have shown of it, or edges near a guide: about
+  /// as the object will be held, and it must be seen in three frames in a row.
+  enum class By { texture, sight, guide };
+  /// `T_guide`: the guide, or any pose.
+  StartSearch(ProposePoses propose, By by, const Pose& T_guide = Pose::Identity())
+      : propose_(std::move(propose)), by_(by), T_guide_(T_guide) {}
 
   bool found() const { return found_; }
   /// Forgets that it was found.
@@ -44,14 +53,15 @@ class StartSearch {
     seen_ = 0;
   }
   /// The frame's result: held, and the tracker goes on from there, or lost and not found yet.
-  FrameResult look(Tracker& tracker, const ImageView& frame, double time_s);
+  FrameResult look(Tracker& tracker, const ImageView& frame, std::optional<double> time_s);
 
  private:
-  std::optional<FrameResult> find(Tracker& tracker, const ImageView& frame, double time_s);
+  std::optional<FrameResult> find(Tracker& tracker, const ImageView& frame, std::optional<double> time_s);
 
   ProposePoses propose_;
-  std::optional<Pose> T_guide_;
-  int seen_ = 0;  ///< frames in a row, by the guide
+  By by_;
+  Pose T_guide_;
+  int seen_ = 0;  ///< frames in a row
   bool found_ = false;
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -16,6 +15,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "modules/video_module.hpp"
+#include "video/camera_reader.hpp"
 #include "video/image_list.hpp"
 #include "video/media_check.hpp"
 #include "video/reader.hpp"
@@ -120,60 +120,6 @@ class ImageReader : public Reader {
   std::vector<std::uint8_t> bytes_;
 };
 
-class CameraReader : public Reader {
- public:
-  CameraReader(int number, int width, int height, double frame_rate)
-      : number_(number), capture_(video_module().open_camera(number)) {
-    if (!capture_) {
-      throw Error(ErrorCode::file,
-                  fmt::format("cannot open camera {}: is it connected (/dev/video{}), free, and are you allowed to use "
-                              "it?",
-                              number, number));
-    }
-    if (width > 0 && height > 0) {
-      capture_->set(cv::CAP_PROP_FRAME_WIDTH, width);
-      capture_->set(cv::CAP_PROP_FRAME_HEIGHT, height);
-    }
-    if (frame_rate > 0) {
-      capture_->set(cv::CAP_PROP_FPS, frame_rate);
-    }
-    const double own_rate = capture_->get(cv::CAP_PROP_FPS);
-    frame_rate_ = own_rate > 0 && own_rate < 1e4 ? own_rate : kImageFrameRate;
-  }
-
-  bool read(Frame& frame) override {
-    if (!capture_->read(frame.image) || frame.image.empty()) {
-      return false;
-    }
-    const auto now = std::chrono::steady_clock::now();
-    begin_ = read_ == 0 ? now : begin_;
-    frame.index = read_++;
-    frame.time_s = std::chrono::duration<double>(now - begin_).count();
-    return true;
-  }
-
-  bool skip() override {
-    const bool grabbed = capture_->grab();
-    begin_ = read_ == 0 ? std::chrono::steady_clock::now() : begin_;
-    read_ += grabbed ? 1 : 0;
-    return grabbed;
-  }
-
-  double frame_rate() const override { return frame_rate_; }
-  bool live() const override { return true; }
-  std::string name_of_last() const override { return fmt::format(" of camera {}", number_); }
-  std::optional<std::string> ended_early(std::int64_t) const override {
-    return fmt::format("camera {} delivers no more frames: was it disconnected?", number_);
-  }
-
- private:
-  int number_;
-  std::unique_ptr<cv::VideoCapture> capture_;
-  double frame_rate_ = 0;
-  std::int64_t read_ = 0;
-  std::chrono::steady_clock::time_point begin_;
-};
-
 bool is_camera_number(const std::string& input) {
   return !input.empty() && input.size() <= 3 && input.find_first_not_of("0123456789") == std::string::npos &&
          !fs::exists(input);
@@ -181,8 +127,9 @@ bool is_camera_number(const std::string& input) {
 
 std::unique_ptr<Reader> open_reader(const std::string& input, const FrameSourceOptions& options) {
   if (is_camera_number(input)) {
-    return std::make_unique<CameraReader>(std::stoi(input), options.live_width, options.live_height,
-                                          options.frame_rate);
+    const int number = std::stoi(input);
+    return std::make_unique<CameraReader>(
+        number, [number] { return video_module().open_camera(number); }, options);
   }
   if (auto images = list_images(input)) {
     return std::make_unique<ImageReader>(std::move(*images), options.start, options.frame_rate);

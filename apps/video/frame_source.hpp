@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -15,6 +16,8 @@ struct FrameSourceOptions {
   double frame_rate = 0;             ///< frames a second of images, or instead of a video's own; 0: 30, or the video's
   int live_width = 0;                ///< size asked of a live camera, pixels; 0: its own choice
   int live_height = 0;
+  /// Asked while a live camera delivers nothing: whether to wait no longer. None: the input ends then.
+  std::function<bool()> gives_up;
 };
 
 struct Frame {

@@ -32,13 +32,18 @@ class HOLDFAST_EXPORT ModelFeatures {
   /// The features kept in this file; where there is none they are made and written to it. Throws as the others.
   static ModelFeatures kept_in(const std::filesystem::path& path, const Mesh& mesh);
 
+  /// None yet, of a mesh with or without a look of its own; a SightLearner adds to them.
+  static ModelFeatures none(const Mesh& mesh);
+  /// These and another's of the same mesh. Throws Error(invalid_argument) for another mesh's.
+  ModelFeatures with(const ModelFeatures& other) const;
+
   std::size_t count() const;
 
   struct Data;
+  explicit ModelFeatures(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   const Data& data() const { return *data_; }
 
  private:
-  explicit ModelFeatures(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   std::shared_ptr<const Data> data_;
 };
 
@@ -71,14 +76,40 @@ class HOLDFAST_EXPORT Detector {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Learns from frames what an object really looks like: features of its surface, at the places that the mesh has there,
+/// so that an object whose mesh has no texture, or not that of today's light, is recognized next time. Used by one
+/// thread at a time.
+class HOLDFAST_EXPORT SightLearner {
+ public:
+  /// `known`: features that the object is recognized by anyway; `seen`: what was learned before. Throws Error(camera,
+  /// renderer), Error(model) for a mesh that cannot be drawn.
+  SightLearner(const Mesh& mesh, const Camera& camera, const ModelFeatures& known, const ModelFeatures& seen);
+  ~SightLearner();
+  SightLearner(SightLearner&&) noexcept;
+  SightLearner& operator=(SightLearner&&) noexcept;
+
+  /// Looks at a frame that the object is held in. What it shows is learned where it shows a side that features known so
+  /// far do not tell the pose of, and hides little of it; true then. Takes a tenth of a second for each new side, next
+  /// to nothing otherwise. Throws Error(image) for a frame of another size.
+  bool look(const ImageView& frame, const FrameResult& result);
+
+  /// What was learned, before and since.
+  const ModelFeatures& seen() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
 struct FocalEstimate {
   double focal = 0;  ///< pixels
-  double sigma = 0;  ///< its standard deviation, pixels, lens distortion aside
+  double sigma = 0;  ///< its standard deviation, pixels
   int frames = 0;    ///< that show the object
 };
 
-/// Estimates the focal length of an unknown camera from frames of the object: square pixels, the principal point in the
-/// middle, no lens distortion. Frames that show it near and at a slant tell most. Used by one thread at a time.
+/// Estimates the focal length of an unknown camera from frames of the object: square pixels, the principal point near
+/// the middle, little lens distortion, a model whose shape and texture are right to some percent; what these may be off
+/// by is in the deviation. Frames that show it near and at a slant tell most. Used by one thread at a time.
 class HOLDFAST_EXPORT FocalEstimator {
  public:
   /// Throws Error(camera) for a size that is not positive.
@@ -126,6 +157,11 @@ HOLDFAST_EXPORT std::optional<FrameResult> start_at(Tracker& tracker, const std:
 /// The same for candidates of a guide, of which the contour may tell enough. The tracker forgets what it has learned.
 /// The object is seen, not surely there: it is, when is_seen() holds for the next two frames too.
 HOLDFAST_EXPORT std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
+                                                      const ImageView& frame, std::optional<double> time_s = {});
+
+/// The same for candidates by features that frames have shown of an object whose mesh has no look (SightLearner): many
+/// agree, and the contour holds there. The tracker forgets what it has learned.
+HOLDFAST_EXPORT std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
                                                       const ImageView& frame, std::optional<double> time_s = {});
 
 /// Whether a frame's result alone is enough to begin with, by its texture or by its contour.

@@ -41,11 +41,15 @@ struct DeviceOptions {
   /// Empty: the environment variable HOLDFAST_DEVICE, else a CPU device, else the first that is usable.
   std::string device;
   Partition partition = Partition::automatic;
-  /// Folder of compiled kernels; empty: HOLDFAST_CACHE_DIR, else XDG_CACHE_HOME/holdfast, else ~/.cache/holdfast. A
-  /// folder that cannot be written costs compiling again, nothing else.
+  /// Folder of compiled kernels; empty: default_cache_folder(). A folder that cannot be written costs compiling again,
+  /// nothing else.
   std::filesystem::path cache_folder;
   RendererChoice renderer = RendererChoice::automatic;  ///< of trackers on this device
 };
+
+/// The folder of what is made once a machine: HOLDFAST_CACHE_DIR, else XDG_CACHE_HOME/holdfast, else ~/.cache/holdfast;
+/// empty where none of these variables is set.
+HOLDFAST_EXPORT std::filesystem::path default_cache_folder();
 
 /// The folder where PoCL keeps what it compiles (POCL_CACHE_DIR, else below XDG_CACHE_HOME or HOME), where that cannot
 /// be written or is full: PoCL then finds no device or compiles nothing. Nothing where all is well. Tries to write

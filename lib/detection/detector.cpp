@@ -43,19 +43,6 @@ struct Detector::Impl {
     K = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
   }
 
-  void undistort(std::vector<cv::Point2f>& pixels) const {
-    if (!camera.has_distortion() || pixels.empty()) return;
-    const int count = camera.lens == LensModel::fisheye ? 4 : 8;
-    const cv::Mat distortion(1, count, CV_64F, const_cast<double*>(camera.distortion.data()));
-    std::vector<cv::Point2f> straight;
-    if (camera.lens == LensModel::fisheye) {
-      cv::fisheye::undistortPoints(pixels, straight, K, distortion, cv::noArray(), K);
-    } else {
-      cv::undistortPoints(pixels, straight, K, distortion, cv::noArray(), K);
-    }
-    pixels = std::move(straight);
-  }
-
   /// The poses that most matches agree on, the better one first; these matches are taken out.
   std::vector<PoseCandidate> agreed(Matches& matches) const {
     const int count = static_cast<int>(matches.places.size());
@@ -90,7 +77,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 std::vector<PoseCandidate> Detector::detect(const ImageView& frame) const {
   require_size(frame, impl_->camera);
   Matches matches = impl_->matcher.match(frame);
-  impl_->undistort(matches.pixels);
+  undistort(impl_->camera, matches.pixels);
   std::vector<PoseCandidate> candidates;
   while (candidates.size() < kMostCandidates) {
     const std::vector<PoseCandidate> agreed = impl_->agreed(matches);

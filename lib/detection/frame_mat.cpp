@@ -1,7 +1,9 @@
 #include "detection/frame_mat.hpp"
 
+#include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 
 #include "holdfast/error.hpp"
 
@@ -58,6 +60,20 @@ void require_size(const ImageView& frame, const Camera& camera) {
   throw Error(ErrorCode::image, "a frame of " + std::to_string(frame.width) + "x" + std::to_string(frame.height) +
                                     " pixels where the camera has " + std::to_string(camera.width) + "x" +
                                     std::to_string(camera.height));
+}
+
+void undistort(const Camera& camera, std::vector<cv::Point2f>& pixels) {
+  if (!camera.has_distortion() || pixels.empty()) return;
+  const bool fisheye = camera.lens == LensModel::fisheye;
+  const cv::Mat K = (cv::Mat_<double>(3, 3) << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1);
+  const cv::Mat distortion(1, fisheye ? 4 : 8, CV_64F, const_cast<double*>(camera.distortion.data()));
+  std::vector<cv::Point2f> straight;
+  if (fisheye) {
+    cv::fisheye::undistortPoints(pixels, straight, K, distortion, cv::noArray(), K);
+  } else {
+    cv::undistortPoints(pixels, straight, K, distortion, cv::noArray(), K);
+  }
+  pixels = std::move(straight);
 }
 
 }  // namespace holdfast::detection

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "holdfast/camera.hpp"
 #include "holdfast/image_view.hpp"
@@ -14,5 +15,8 @@ cv::Mat channels_of(const ImageView& frame);
 
 /// Throws Error(image) for a frame of another size than the camera's.
 void require_size(const ImageView& frame, const Camera& camera);
+
+/// Pixels of a recorded frame become those of the ideal pinhole image.
+void undistort(const Camera& camera, std::vector<cv::Point2f>& pixels);
 
 }  // namespace holdfast::detection

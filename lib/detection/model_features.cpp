@@ -131,6 +131,23 @@ cv::Mat comparable(const cv::Mat& descriptors) {
 
 ModelFeatures::ModelFeatures(const Mesh& mesh) : data_(read_model(mesh)) {}
 
+ModelFeatures ModelFeatures::none(const Mesh& mesh) {
+  mesh.validate();
+  const auto data = std::make_shared<Data>();
+  data->hash = model_hash(mesh);
+  data->radius = mesh.radius();
+  return ModelFeatures(data);
+}
+
+ModelFeatures ModelFeatures::with(const ModelFeatures& other) const {
+  if (other.data().hash != data_->hash) throw Error(ErrorCode::invalid_argument, "features of two different models");
+  const auto both = std::make_shared<Data>(*data_);
+  both->p_object.insert(both->p_object.end(), other.data().p_object.begin(), other.data().p_object.end());
+  both->descriptors = data_->descriptors.clone();  // a matrix is shared by its copies
+  both->descriptors.push_back(other.data().descriptors);
+  return ModelFeatures(both);
+}
+
 std::size_t ModelFeatures::count() const { return data_->p_object.size(); }
 
 }  // namespace holdfast::detection

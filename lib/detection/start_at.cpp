@@ -15,13 +15,23 @@ constexpr int kLeastPixels = 300;
 /// stays below 0.55 and that share below 0.8.
 constexpr double kContourScore = 0.62, kContourBesideEdges = 0.5, kEdgeScore = 0.75, kNear = 0.82;
 constexpr std::size_t kMostRefined = 3;
+/// Of a start by features that frames have shown: those that agree, and how far the contour may take the pose from
+/// them, radians and shares of its distance.
+constexpr int kLeastSeen = 15;
+constexpr double kMostTurn = 0.12, kMostShare = 0.05;
+/// Its contour's score at least, and share of lines with the edge next to it.
+constexpr double kSeenScore = 0.45, kSeenNear = 0.7;
 /// A pose is refined until it moves by less than this: radians, and shares of its distance.
 constexpr int kMostRounds = 3;
 constexpr double kSettledTurn = 0.01, kSettledShare = 0.003;
 
+bool is_near(const Pose& T, const Pose& T_other, double turn, double share) {
+  return rotation_angle(T.linear() * T_other.linear().transpose()) < turn &&
+         (T.translation() - T_other.translation()).norm() < share * T_other.translation().norm();
+}
+
 bool is_settled(const Pose& T_before, const Pose& T_after) {
-  return rotation_angle(T_before.linear() * T_after.linear().transpose()) < kSettledTurn &&
-         (T_before.translation() - T_after.translation()).norm() < kSettledShare * T_after.translation().norm();
+  return is_near(T_before, T_after, kSettledTurn, kSettledShare);
 }
 
 double agreement(const FrameResult& result) { return result.texture.inlier_ratio() * result.texture.correlation; }
@@ -70,6 +80,23 @@ std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCa
   }
   if (best) tracker.reset(best->T_camera_object, frame, time_s);
   return best;
+}
+
+std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
+                                      const ImageView& frame, std::optional<double> time_s) {
+  for (const PoseCandidate& candidate : candidates) {
+    if (candidate.inliers < kLeastSeen || candidate.T_camera_object.translation().z() <= 0) continue;
+    FrameResult result = refined_by_contour(tracker, frame, candidate.T_camera_object);
+    const ContourEvidence& contour = result.contour;
+    if (result.status != Status::held || !contour.asked || contour.score() < kSeenScore ||
+        contour.near_lines < kSeenNear * contour.lines ||
+        !is_near(result.T_camera_object, candidate.T_camera_object, kMostTurn, kMostShare)) {
+      continue;
+    }
+    tracker.reset(result.T_camera_object, frame, time_s);
+    return result;
+  }
+  return std::nullopt;
 }
 
 std::optional<FrameResult> start_at(Tracker& tracker, const std::vector<PoseCandidate>& candidates,

@@ -19,17 +19,6 @@
 namespace holdfast {
 namespace {
 
-std::filesystem::path default_folder() {
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
-  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
-  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
-  return {};
-}
-
 /// 128 bits of hash as text: FNV-1a of 64 bits from two seeds, side by side, since each step waits for the one before.
 std::string digest(std::span<const unsigned char> bytes) {
   constexpr std::uint64_t prime = 1099511628211ull;
@@ -89,7 +78,19 @@ void write_binary(const std::filesystem::path& path, const std::vector<unsigned 
 
 }  // namespace
 
-ProgramCache::ProgramCache(const std::filesystem::path& folder) : folder_(folder.empty() ? default_folder() : folder) {}
+std::filesystem::path default_cache_folder() {
+  const auto variable = [](const char* name) -> std::filesystem::path {
+    const char* value = std::getenv(name);
+    return value != nullptr ? value : "";
+  };
+  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
+  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
+  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
+  return {};
+}
+
+ProgramCache::ProgramCache(const std::filesystem::path& folder)
+    : folder_(folder.empty() ? default_cache_folder() : folder) {}
 
 cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& device, const std::string& source,
                                 const std::string& options) const {

@@ -11,7 +11,7 @@ namespace holdfast {
 /// write only costs compiling again.
 class ProgramCache {
  public:
-  /// `folder` empty: HOLDFAST_CACHE_DIR, else XDG_CACHE_HOME/holdfast, else HOME/.cache/holdfast, else no cache.
+  /// `folder` empty: default_cache_folder(); where that is empty too, nothing is kept.
   explicit ProgramCache(const std::filesystem::path& folder);
 
   /// The program built for this device. Throws Error(device) with the compiler's log when it does not compile.

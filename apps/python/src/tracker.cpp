@@ -3,6 +3,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
+#include <memory>
 #include <new>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "holdfast/detection.hpp"
 #include "texture_argument.hpp"
 #include "tracker_options.hpp"
 
@@ -40,7 +42,7 @@ void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, cons
   TrackerOptions options = options_of_mode(mode);
   set_fields(options, given);
   const nb::gil_scoped_release released;
-  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), {}};
+  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}};
 }
 
 void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional<double> time,
@@ -58,6 +60,35 @@ FrameResult track(SharedTracker& self, nb::object frame, std::optional<double> t
                   std::optional<PixelFormat> format) {
   const FrameArgument given = frame_of(self, frame, format);
   return unlocked(self, [&](Tracker& tracker) { return tracker.track(given.view, time); });
+}
+
+/// Looks for the mesh by its texture, or near a guide.
+app::StartSearch search_for(const Mesh& mesh, const Camera& camera, const std::optional<Pose>& T_guide) {
+  if (T_guide) {
+    const auto near = std::make_shared<const detection::GuideDetector>(mesh, camera, *T_guide);
+    return {[near](const ImageView& frame) { return near->detect(frame); }, app::StartSearch::By::guide, *T_guide};
+  }
+  const auto anywhere =
+      std::make_shared<const detection::Detector>(app::Recognition{{}, {}, {}, true}.features(mesh), camera);
+  return {[anywhere](const ImageView& frame) { return anywhere->detect(frame); }, app::StartSearch::By::texture};
+}
+
+std::optional<FrameResult> find(SharedTracker& self, nb::object frame, std::optional<double> time, nb::object guide,
+                                std::optional<PixelFormat> format) {
+  const FrameArgument given = frame_of(self, frame, format);
+  std::optional<Pose> T_guide;
+  if (!guide.is_none()) T_guide = pose_argument(guide, "guide");
+  return unlocked(self, [&](Tracker& tracker) -> std::optional<FrameResult> {
+    const bool same = self.T_guide ? T_guide && self.T_guide->matrix() == T_guide->matrix() : !T_guide;
+    if (!self.search || !same) {
+      self.search.emplace(search_for(self.mesh, tracker.camera(), T_guide));
+      self.T_guide = T_guide;
+    }
+    if (self.search->found()) self.search->begin();
+    const FrameResult result = self.search->look(tracker, given.view, time);
+    if (!self.search->found()) return std::nullopt;
+    return result;
+  });
 }
 
 FrameResult refine(SharedTracker& self, nb::object frame, nb::object pose, std::optional<PixelFormat> format) {
@@ -91,7 +122,7 @@ void bind_tracker(nb::module_& module) {
 
   nb::class_<SharedTracker>(module, "Tracker")
       .def("__init__", &construct, nb::arg("mesh"), nb::arg("camera"), nb::arg("mode"), nb::arg("options"),
-           nb::arg("device") = nb::none())
+           nb::arg("device") = nb::none(), nb::keep_alive<1, 2>())
       .def(
           "reset", &reset, nb::arg("T_camera_object"), nb::arg("frame") = nb::none(), nb::arg("time") = nb::none(),
           nb::arg("format") = nb::none(),
@@ -111,6 +142,20 @@ void bind_tracker(nb::module_& module) {
            "have a time, or none has.\n\n"
            "Raises TypeError or ValueError for an array of another kind or shape, Error(invalid_argument) before the "
            "first reset(). A lost object is no error: see FrameResult.status.")
+      .def("find", &find, nb::arg("frame"), nb::arg("time") = nb::none(), nb::arg("guide") = nb::none(),
+           nb::arg("format") = nb::none(),
+           nb::sig("def find(self, frame: numpy.typing.NDArray[numpy.uint8], time: float | None = None, guide: "
+                   "numpy.typing.ArrayLike | None = None, format: PixelFormat | None = None) -> FrameResult | None"),
+           "Looks for the object without a pose to start from: the frame's result where it is found, and track() goes "
+           "on from there; None where it is not, and the tracker is as it was.\n\n"
+           "A model with texture or colours is found anywhere in the picture, from any side. What it looks like from "
+           "all sides is drawn in the first call, which takes seconds, and kept in the cache folder.\n"
+           "guide: a pose (4x4, object to camera, metres) about as the object is held, to 20 degrees, a fifth of its "
+           "distance and a quarter of the picture; needs no texture. It must be seen in three frames in a row, so that "
+           "the first two of them are None; the tracker forgets what it has learned when it is seen.\n"
+           "frame, time, format: see track().\n\n"
+           "Raises Error(model) for a model without look or features where there is no guide, Error(pose) for a guide "
+           "behind the camera or out of the picture.")
       .def("refine", &refine, nb::arg("frame"), nb::arg("T_camera_object"), nb::arg("format") = nb::none(),
            nb::sig("def refine(self, frame: numpy.typing.NDArray[numpy.uint8], T_camera_object: "
                    "numpy.typing.ArrayLike, format: PixelFormat | None = None) -> FrameResult"),

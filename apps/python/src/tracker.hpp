@@ -3,15 +3,20 @@
 #include <nanobind/nanobind.h>
 
 #include <mutex>
+#include <optional>
 
 #include "holdfast/tracker.hpp"
+#include "track/object_search.hpp"
 
 namespace holdfast::python {
 
 /// A tracker that threads may share: calls wait for each other while the interpreter's lock is released.
 struct SharedTracker {
   Tracker tracker;
+  const Mesh& mesh;  ///< Python keeps it as long as the tracker
   mutable std::mutex mutex;
+  std::optional<app::StartSearch> search;  ///< made by the first find()
+  std::optional<Pose> T_guide;             ///< that it is made for
 };
 
 /// Runs `work` on the tracker without the interpreter's lock.
