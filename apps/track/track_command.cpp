@@ -65,8 +65,8 @@ void TrackCommand::add_to(CLI::App& command) {
       ->group(output_group);
   command
       .add_option("--overlay", outputs.overlay,
-                  "Video (.mp4, .avi; .mkv, which plays after a kill too): the model's contour, and pixels used "
-                  "(green) or rejected (red)")
+                  "Video (.mp4; .mkv or .avi, which play after a kill too): the model's contour, and pixels "
+                  "used (green) or rejected (red)")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--contact-sheet", outputs.contact_sheet, "Picture (.png) of frames spread over the run")
