@@ -1,6 +1,7 @@
 // Frames of every format, plain and through a lens, against the definitions of the formats.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <random>
 
@@ -76,8 +77,8 @@ std::array<double, 4> rgba_between(const Frame& frame, const Eigen::Vector2d& p)
 std::vector<float> converted(const Device::Impl& device, const char* kernel_name, const Frame& frame,
                              const Level& level, const Camera& camera, int distorted) {
   const std::size_t offset = 3;
-  std::vector<std::uint8_t> shifted(offset, 0);
-  shifted.insert(shifted.end(), frame.bytes.begin(), frame.bytes.end());
+  std::vector<std::uint8_t> shifted(offset + frame.bytes.size(), 0);
+  std::copy(frame.bytes.begin(), frame.bytes.end(), shifted.begin() + offset);
   kernel::hf_frame f{};
   f.width = frame.size.width;
   f.height = frame.size.height;
