@@ -30,14 +30,15 @@ CLI::Option* add_choice(CLI::App& app, const char* name, Value& value, const std
   for (const auto& [word, meaning] : words) {
     list += (list.empty() ? "" : "|") + word;
   }
-  const auto choose = [&value, words](const std::string& word) { value = words.at(word); };
-  return app.add_option_function<std::string>(name, choose, description)
-      ->check([words, list, variable](const std::string& word) {
-        const std::string source = variable.empty() ? "" : " (from the option or " + variable + ")";
-        return words.contains(word) ? std::string() : "'" + word + "'" + source + " is none of " + list;
-      })
-      ->envname(variable)
-      ->type_name(list);
+  // No check(): newer versions of CLI11 pass over what a variable has where that fails.
+  const auto choose = [&value, words, list, variable, option = std::string(name)](const std::string& word) {
+    if (!words.contains(word)) {
+      const std::string source = variable.empty() ? "" : " (from the option or " + variable + ")";
+      throw CLI::ValidationError(option, "'" + word + "'" + source + " is none of " + list);
+    }
+    value = words.at(word);
+  };
+  return app.add_option_function<std::string>(name, choose, description)->envname(variable)->type_name(list);
 }
 
 /// The library names an option's field, "option vote_share ..."; here it is the flag that was typed.

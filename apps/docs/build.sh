@@ -29,7 +29,7 @@ PAGE
     echo "docs/guide/$page"
   done
   printf '```\n\n```{toctree}\n:hidden:\n:caption: Reference\n\n'
-  printf 'docs/%s\n' reference/files reference/options reference/exit_codes reference/model_formats interfaces architecture math
+  printf 'docs/%s\n' reference/files reference/options reference/exit_codes reference/model_formats reference/systems interfaces architecture math
   printf '```\n\n```{toctree}\n:hidden:\n:caption: Results\n\n'
   printf 'docs/results/%s\n' rbot experiments robustness recovery starts hazards performance
   printf '```\n'
