@@ -12,7 +12,7 @@ fail() {
 }
 
 "$program" devices
-! ldd "$program" | grep -E 'opencv_(videoio|highgui)|libav' || fail "the program itself loads libraries for videos"
+! ldd "$program" | grep -E 'opencv_(videoio|highgui)|libav(codec|format)' || fail "the program itself loads libraries for videos"
 
 "$program" simulate in --frames 5 --size 160x120 >/dev/null
 head -n 1 in/poses_gt.txt >first.txt
