@@ -25,5 +25,7 @@ foreach(source ${kernels})
   add_test(NAME ${suite}_rusticl COMMAND test_kernels --source-file=*/${source})
   set_tests_properties(${suite}_rusticl PROPERTIES
     ENVIRONMENT "RUSTICL_ENABLE=llvmpipe;HOLDFAST_DEVICE=rusticl;HOLDFAST_TEST_PARTITION=groups;HOLDFAST_CACHE_DIR=${CMAKE_CURRENT_BINARY_DIR}/cache_rusticl"
-    FAIL_REGULAR_EXPRESSION "test cases: +0 " LABELS second_opencl TIMEOUT 600)
+    FAIL_REGULAR_EXPRESSION "test cases: +0 " LABELS second_opencl TIMEOUT 600
+    # Mesa 26 without the libclc that was made for it: no kernel that calls a function of it links.
+    SKIP_REGULAR_EXPRESSION "Internal compilation error: nir_shader not fully linked")
 endforeach()
