@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include "exit_codes.hpp"
@@ -37,8 +38,12 @@ TEST_CASE("the environment is changed only while there is one thread" *
     const std::string changes = read_file(watched);
     CAPTURE(changes);
     CHECK(changes.find("setenv") != std::string::npos);  // the program's own at least
-    for (std::size_t at = changes.find("threads="); at != std::string::npos; at = changes.find("threads=", at + 1)) {
-      CHECK(changes.substr(at, 10) == "threads=1\n");
+    std::istringstream lines(changes);
+    for (std::string line; std::getline(lines, line);) {
+      CAPTURE(line);
+      // PoCL 7 sets this while it starts, beside a thread of its own that waits for work.
+      const bool by_pocl = line == "setenv HWLOC_PLUGINS_PATH threads=2";
+      CHECK((line.ends_with("threads=1") || by_pocl));
     }
   }
 }
