@@ -65,8 +65,8 @@ std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) 
 /// Forgets what the contour tells of motions that the texture does not show and the contour hardly: rims of round
 /// things seem to tell of their turn where they are cut into facets and pixels.
 NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn) {
-  if (texture.reliability < kTelling) return contour;  // texture that passes by chance shows nothing of any motion
   const Matrix6 B = to_camera_axes(T_drawn);
+  if (texture.reliability < kTelling) return contour;  // texture that passes by chance shows nothing of any motion
   for (int i = 0; i < texture.unobservable.count; ++i) {
     const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
     const Twist told = contour.A * motion;
@@ -327,6 +327,7 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   NormalEquations outline;
   if (alignment.has_edges) outline += alignment.edges.equations;
   if (alignment.has_contour) outline += alignment.contour.equations;
+  if (!alignment.has_texture && !alignment.has_snapshot) return outline;  // nothing else tells of turns
   outline = without_faint_turns(outline);
   if (!state.textured) return outline;
   outline = without_hidden(outline, alignment.texture, view_.T_camera_object());

@@ -25,8 +25,6 @@ constexpr std::size_t kSnapshotsAFrame = 3;
 constexpr double kScoredPixels = 200;
 /// Inlier ratio of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3;
-/// Of the frames in a row that the outline alone holds, one in so many is looked at for the model's print.
-constexpr int kPrintEvery = 8;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 2;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
@@ -151,7 +149,7 @@ void Pipeline::look_for_print(const Alignment& alignment) {
   const AcceptanceContext context = this->context(alignment, state_);
   if (is_held_by_texture(alignment, context) && alignment.texture.inlier_ratio() > kMuchAgrees) return;
   if (!shows_all(alignment, context.usual_outline)) return;
-  if (!state_.motion.lost() && state_.usual.held_frames % kPrintEvery != 0) return;
+  if (!state_.motion.lost() && state_.usual.held_frames > 0) return;  // it has been seen: something may cover it
   const Pose& T = alignment.T_camera_object;
   const int level = state_.finest, around = (filter_.radius() + 4) << level;
   upload(view_.bounds(T), around);
@@ -159,6 +157,11 @@ void Pipeline::look_for_print(const Alignment& alignment) {
   image_.enqueue_blur(level, coarser(grown(view_.bounds(T), around), level));
   state_.print_missing =
       print_agreement(device_.impl(), view_, image_, levels_[static_cast<std::size_t>(level)]).missing();
+  // What light is learned from is of the view drawn last.
+  TextureState scratch = alignment.imaging.texture;
+  aligner_.texture().start_level(view_, level);
+  aligner_.texture().linearize(view_, image_, Pose::Identity(),
+                               {level, level, std::max(1, alignment.texture.row_stride), false, false}, scratch);
 }
 
 bool Pipeline::searches_by_texture(const TrackingState& state) const {
