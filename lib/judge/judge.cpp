@@ -124,7 +124,8 @@ Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (context.lost_before) {
     return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
   }
-  if (a.has_texture && a.turn_deviation() > kKnownTurn && outline_score(a, context.usual_outline) >= kHeldContour) {
+  if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn &&
+      outline_score(a, context.usual_outline) >= kHeldContour) {
     return {Status::lost, Reason::ambiguous,
             "its outline is seen, but not how it is turned: known to " + turn(a) + " degrees (standard deviation)"};
   }
@@ -150,7 +151,7 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
   if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
   // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
-  if (a.has_texture && a.turn_deviation() > kKnownTurn) return false;
+  if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn) return false;
   if (context.texture_trust <= kTextureLeads) return true;
   const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
   return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;

@@ -33,8 +33,6 @@ constexpr double kBetterEvidence = 0.01, kClearEvidence = 0.03;
 /// not found, after which another is taken.
 constexpr double kFoundSnapshot = 0.2, kSnapshotTurn = 0.2, kSnapshotNearer = 0.1;
 constexpr int kMostSnapshotMisses = 5;
-/// Frames that a first pose must be held by its outline in before pixels there are believed to be the object's.
-constexpr int kProven = 2;
 /// Share of a snapshot's pixels that must be seen for another to be as sure.
 constexpr double kMostlySeen = 0.5;
 /// Share of the lines across edges that must see one for a first pose to be taken at its word.
@@ -244,7 +242,6 @@ void Pipeline::learn_texels(const Alignment& alignment) {
 
 void Pipeline::learn_snapshot(const Alignment& alignment) {
   if (state_.textured || !tuning_.snapshot || !tuning_.contour || tuning_.paper()) return;
-  if (!state_.T_snapshot && state_.usual.held_frames < kProven) return;
   if (state_.edges.off_model) return;  // pixels turn with the object's shape, not with the model's
   state_.usual.outline_information = aligner_.outline_equations(alignment, state_).A;
   const Pose& T = alignment.T_camera_object;
