@@ -13,7 +13,7 @@
 
 namespace holdfast::app {
 
-/// What `holdfast init` has found by points.
+/// The pose that `holdfast init` has found by points.
 struct InitOutcome {
   cv::Mat frame;  ///< empty: none was given
   std::optional<Mesh> mesh;

@@ -39,8 +39,8 @@ struct Recognition {
 /// Looks for an object that was never seen yet, in every frame until it is found.
 class StartSearch {
  public:
-  /// What `propose` finds is the model's texture, features that frames have shown of it, or edges near a guide: about
-  /// as the object will be held, and it must be seen in three frames in a row.
+  /// Poses are proposed by the model's texture, by features that frames have shown of it, or by edges near a guide:
+  /// about as the object will be held, and it must be seen in three frames in a row.
   enum class By { texture, sight, guide };
   /// `T_guide`: the guide, or any pose.
   StartSearch(ProposePoses propose, By by, const Pose& T_guide = Pose::Identity())

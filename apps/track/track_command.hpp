@@ -45,7 +45,7 @@ struct TrackCommand {
   Recognition recognition() const { return {views, remembered, device.options, quiet}; }
   /// The camera that the file tells, or one whose focal length is estimated from the frames.
   Camera camera_of(FrameSource& source, const Mesh& mesh) const;
-  /// What was run, a JSON object's text.
+  /// The run's description, a JSON object's text.
   std::string run_json(const Tracker& used) const;
   /// The exit code.
   int run() const;

@@ -93,7 +93,7 @@ class HOLDFAST_EXPORT SightLearner {
   /// to nothing otherwise. Throws Error(image) for a frame of another size.
   bool look(const ImageView& frame, const FrameResult& result);
 
-  /// What was learned, before and since.
+  /// Everything learned, before and since.
   const ModelFeatures& seen() const;
 
  private:

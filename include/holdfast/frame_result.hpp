@@ -76,7 +76,7 @@ struct EdgeEvidence {
   double residual = 0;  ///< root of the weighted mean squared distance of the frame's edges, pixels
 };
 
-/// What the pixels of a model without appearance said of the pose, compared with how an earlier frame showed them.
+/// Pixels of a model without appearance, compared with how an earlier frame showed them.
 struct SnapshotEvidence {
   bool asked = false;       ///< they were compared on the finest level
   bool holds = false;       ///< they would be enough to hold the object

@@ -129,7 +129,7 @@ typedef struct holdfast_edge_evidence {
   double residual;    /**< root of the weighted mean squared distance of the frame's edges, pixels */
 } holdfast_edge_evidence;
 
-/** What the pixels of a model without appearance said of the pose, compared with an earlier frame's. */
+/** Pixels of a model without appearance, compared with an earlier frame's. */
 typedef struct holdfast_snapshot_evidence {
   int32_t holds;           /**< not 0: enough to hold the object */
   int32_t gradient_pixels; /**< of those looked at, with a gradient in the earlier frame; 0: nothing to compare with */

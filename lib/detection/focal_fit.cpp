@@ -13,7 +13,7 @@ namespace {
 /// Deviations: of the principal point from the middle, in widths; of k1; of the model's lengths, share; of its parts,
 /// in radii, which are cubes of so many radii.
 constexpr double kOffCenter = 0.02, kDistortion = 0.1, kStretch = 0.03, kShift = 0.02, kPart = 0.15;
-/// Of the focal length's logarithm, around one width of the picture, as most cameras have it.
+/// Standard deviation of the focal length's logarithm, around one width of the picture, as most cameras have it.
 constexpr double kUsual = 0.5;
 /// Matches that say the same: features of all sizes overlap.
 constexpr double kRepeated = 4;

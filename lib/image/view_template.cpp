@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "image/level_rect.hpp"
+
 namespace holdfast {
 namespace {
 
@@ -205,14 +207,8 @@ Snapshot ViewTemplate::read_snapshot() const {
   const auto width = static_cast<std::size_t>(drawn_.width), height = static_cast<std::size_t>(drawn_.height);
   snapshot.pixels.resize(HF_PIXEL * width * height);
   snapshot.depth.resize(width * height);
-  const auto read = [&](const cl::Buffer& buffer, std::size_t floats, float* out) {
-    const std::size_t bytes = floats * sizeof(float), stride = static_cast<std::size_t>(level.layout.stride);
-    const std::size_t first = static_cast<std::size_t>(level.layout.origin + drawn_.y * level.layout.stride + drawn_.x);
-    device_.queue.enqueueReadBufferRect(buffer, CL_TRUE, {first * bytes, 0, 0}, {0, 0, 0}, {width * bytes, height, 1},
-                                        stride * bytes, 0, width * bytes, 0, out);
-  };
-  read(pixels_[drawn_level_], HF_PIXEL, snapshot.pixels.data());
-  read(planes_[drawn_level_].depth, 1, snapshot.depth.data());
+  read_rect(device_, pixels_[drawn_level_], level, drawn_, HF_PIXEL * sizeof(float), snapshot.pixels.data());
+  read_rect(device_, planes_[drawn_level_].depth, level, drawn_, sizeof(float), snapshot.depth.data());
   return snapshot;
 }
 
@@ -223,15 +219,8 @@ void ViewTemplate::enqueue_snapshot(const Snapshot& snapshot, int count) {
   drawn_level_ = static_cast<std::size_t>(snapshot.finest);
   margin_ = snapshot.margin;
   const Level& level = levels_[drawn_level_];
-  const auto width = static_cast<std::size_t>(drawn_.width), height = static_cast<std::size_t>(drawn_.height);
-  const auto write = [&](const cl::Buffer& buffer, std::size_t floats, const float* in) {
-    const std::size_t bytes = floats * sizeof(float), stride = static_cast<std::size_t>(level.layout.stride);
-    const std::size_t first = static_cast<std::size_t>(level.layout.origin + drawn_.y * level.layout.stride + drawn_.x);
-    device_.queue.enqueueWriteBufferRect(buffer, CL_TRUE, {first * bytes, 0, 0}, {0, 0, 0}, {width * bytes, height, 1},
-                                         stride * bytes, 0, width * bytes, 0, in);
-  };
-  write(pixels_[drawn_level_], HF_PIXEL, snapshot.pixels.data());
-  write(planes_[drawn_level_].depth, 1, snapshot.depth.data());
+  write_rect(device_, pixels_[drawn_level_], level, drawn_, HF_PIXEL * sizeof(float), snapshot.pixels.data());
+  write_rect(device_, planes_[drawn_level_].depth, level, drawn_, sizeof(float), snapshot.depth.data());
   enqueue_levels(drawn_, snapshot.finest, count, snapshot.margin, nullptr);
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "image/level_rect.hpp"
+
 namespace holdfast {
 namespace {
 
@@ -30,20 +32,15 @@ PrintAgreement print_agreement(const Device::Impl& device, const ViewTemplate& v
   const int width = planes.tiles.width * HF_TILE, height = planes.tiles.height * HF_TILE;
   if (width <= 0 || height <= 0) return {};
   const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
-  const auto first = static_cast<std::size_t>(level.layout.origin + top * level.layout.stride + left);
-  const auto stride = static_cast<std::size_t>(level.layout.stride);
-  const auto read = [&](const cl::Buffer& buffer, std::size_t offset, std::size_t bytes, void* out) {
-    device.queue.enqueueReadBufferRect(buffer, CL_TRUE, {(offset + first) * bytes, 0, 0}, {0, 0, 0}, {w * bytes, h, 1},
-                                       stride * bytes, 0, w * bytes, 0, out);
-  };
+  const Rect rect{left, top, width, height};
   std::vector<unsigned char> usable(w * h);
-  read(planes.usable, 0, 1, usable.data());
+  read_rect(device, planes.usable, level, rect, 1, usable.data());
   std::vector<float> frame(HF_PIXEL * w * h);
-  read(image.blurred(level.index), 0, HF_PIXEL * sizeof(float), frame.data());
+  read_rect(device, image.blurred(level.index), level, rect, HF_PIXEL * sizeof(float), frame.data());
   std::vector<float> dx(HF_CHANNELS * w * h), dy(HF_CHANNELS * w * h);
   for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    read(planes.dx, c * level.elements, sizeof(float), dx.data() + c * w * h);
-    read(planes.dy, c * level.elements, sizeof(float), dy.data() + c * w * h);
+    read_rect(device, planes.dx, level, rect, sizeof(float), dx.data() + c * w * h, c * level.elements);
+    read_rect(device, planes.dy, level, rect, sizeof(float), dy.data() + c * w * h, c * level.elements);
   }
   const Rect& valid = image.valid(level.index);
   PrintAgreement result;

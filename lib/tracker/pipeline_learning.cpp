@@ -31,7 +31,7 @@ constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
 constexpr double kBetterEvidence = 0.01, kClearEvidence = 0.03;
 /// Reliability of a snapshot that is found; turn (radians), change of distance (logarithm) and frames in which it is
 /// not found, after which another is taken.
-constexpr double kFoundSnapshot = 0.2, kSnapshotTurn = 0.2, kSnapshotNearer = 0.1;
+constexpr double kFoundSnapshot = 0.2, kAnotherTurn = 0.2, kAnotherNearer = 0.1;
 constexpr int kMostSnapshotMisses = 5;
 /// Share of a snapshot's pixels that must be seen for another to be as sure.
 constexpr double kMostlySeen = 0.5;
@@ -253,8 +253,8 @@ void Pipeline::learn_snapshot(const Alignment& alignment) {
     if (found) T_snapshot = perturbed(T_snapshot, alignment.snapshot_shift, extent_);
     view_.set_pose(T_snapshot);
     const double nearer = std::log((T * extent_.p_object_center).z() / (T_snapshot * extent_.p_object_center).z());
-    due = state_.snapshot_misses >= kMostSnapshotMisses || std::abs(nearer) > kSnapshotNearer ||
-          rotation_angle(T.linear() * T_snapshot.linear().transpose()) > kSnapshotTurn;
+    due = state_.snapshot_misses >= kMostSnapshotMisses || std::abs(nearer) > kAnotherNearer ||
+          rotation_angle(T.linear() * T_snapshot.linear().transpose()) > kAnotherTurn;
   }
   const AcceptanceContext context = this->context(alignment, state_);
   state_.without_outline = is_held_by_contour(alignment, context) ? 0 : state_.without_outline + 1;
