@@ -418,4 +418,34 @@ TEST_CASE("to be found again by contour and edges most of the contour must be ne
   CHECK_FALSE(holds(alignment, followed));
   lost.expected = false;
   CHECK_FALSE(holds(with_edges(0.95), lost));
+  // Where fewer of them are usually next to it, as many are enough.
+  lost.expected = true;
+  lost.usual_outline.near = 0.75;
+  CHECK(holds(alignment, lost));
+}
+
+TEST_CASE("what is left of a long thing tells next to nothing of where it is along itself: not held") {
+  Alignment alignment = with_edges(0.95);
+  alignment.has_texture = false;
+  AcceptanceContext context = by_contour();
+  CHECK(is_held(alignment, {}, context));
+  alignment.covariance(0, 0) = 0.3 * 0.3;
+  CHECK(alignment.place_deviation() == doctest::Approx(0.3));
+  CHECK_FALSE(is_held(alignment, {}, context));
+}
+
+TEST_CASE("a snapshot alone does not find a lost object: its outline must show it, too") {
+  Alignment alignment = with_edges(0.95);
+  alignment.has_texture = false;
+  alignment.has_snapshot = true;
+  alignment.snapshot.reliability = 0.95;
+  alignment.snapshot.sums.used = 1000;
+  AcceptanceContext context = by_contour();
+  context.sure_snapshot = true;
+  CHECK(is_held_by_snapshot(alignment, context));
+  alignment.contour.sums.near = 0.4 * alignment.contour.sums.lines;
+  alignment.edges.near = 0.4 * alignment.edges.lines;
+  CHECK(is_held_by_snapshot(alignment, context));
+  context.lost_before = true;
+  CHECK_FALSE(is_held_by_snapshot(alignment, context));
 }

@@ -38,6 +38,8 @@ class EdgeModality {
 
   /// Whether the model has edges to go by.
   bool has_edges() const { return !samples_.empty(); }
+  /// Places on the model's edges.
+  const std::vector<EdgeSample>& samples() const { return samples_; }
   void start_frame() { level_ = -1; }
   /// What is known of how the edges look before any frame.
   EdgeMemory no_memory() const;

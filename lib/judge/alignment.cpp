@@ -14,6 +14,11 @@ double Alignment::turn_deviation() const {
   return largest_deviation(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>()));
 }
 
+double Alignment::place_deviation() const {
+  if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
+  return largest_deviation(Eigen::Matrix3d(covariance.topLeftCorner<3, 3>()));
+}
+
 double Alignment::observable_turn_deviation() const {
   if (covariance.trace() <= 0) return std::numeric_limits<double>::infinity();
   const Matrix6 B = to_camera_axes(T_camera_object);
@@ -27,11 +32,13 @@ double Alignment::deviation() const {
   return largest_deviation(covariance);
 }
 
+double near_share(const Alignment& alignment) {
+  return alignment.contour.sums.near / std::max(1.0, alignment.contour.sums.lines);
+}
+
 double contour_evidence(const Alignment& alignment, const UsualOutline& usual) {
   // Where edges are is what counts; colours fade when what is behind the object changes.
-  const ContourSums& sums = alignment.contour.sums;
-  const double near = sums.near / std::max(1.0, sums.lines);
-  return std::sqrt(near * std::max(0.0, alignment.contour.score()) / usual.contour_score);
+  return std::sqrt(near_share(alignment) * std::max(0.0, alignment.contour.score()) / usual.contour_score);
 }
 
 double edge_evidence(const Alignment& alignment, const UsualOutline& usual) {

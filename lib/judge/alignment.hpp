@@ -35,6 +35,8 @@ struct Alignment {
   double turn_deviation() const;
   /// The same of the motions that texture and contour show on this object.
   double observable_turn_deviation() const;
+  /// The largest standard deviation of the place, object radii.
+  double place_deviation() const;
   /// The largest standard deviation of all, object radii and radians.
   double deviation() const;
 };
@@ -43,7 +45,11 @@ struct Alignment {
 struct UsualOutline {
   double contour_score = 0.85, edge_score = 0.5;
   double edge_share = -1;  ///< of edges in the information of both; below 0: not known yet
+  double near = 1;         ///< share of the contour's lines whose edge is next to it
 };
+
+/// Share of the contour's lines whose edge is next to it.
+double near_share(const Alignment& alignment);
 
 /// How well each of them fits, 1 where it does as usual.
 double contour_evidence(const Alignment& alignment, const UsualOutline& usual);

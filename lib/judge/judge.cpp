@@ -10,6 +10,8 @@ namespace {
 constexpr double kSureTurn = 0.04;
 /// The same where a pose is held by the outline of an object that its texture says little of: 5 degrees.
 constexpr double kKnownTurn = 0.087;
+/// Standard deviation of the place, object radii, up to which an outline holds it.
+constexpr double kKnownPlace = 0.15;
 /// Share of the texture's information that must be believed.
 constexpr double kLeastReliability = 0.2;
 /// Few pixels that agree very well and tell the pose: enough to be held on to.
@@ -40,8 +42,8 @@ constexpr int kMostWithoutOutline = 10;
 /// Share of the lines whose edge is next to the contour where nothing hides it; of the usual score, where colours tell
 /// nothing.
 constexpr double kMostNear = 0.85, kUsualOutline = 0.8;
-/// Share of the lines whose edge is next to the contour where the object was not expected.
-constexpr double kFoundNear = 0.8;
+/// Usual share of the lines whose edge is next to the contour that must be found again.
+constexpr double kFoundNear = 0.87;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
 constexpr double kHeldContourAlone = 0.7, kFoundContourAlone = 0.85;
 constexpr int kLeastPixelsAlone = 1000;
@@ -87,7 +89,7 @@ Verdict open_turn(const Alignment& a) {
 
 Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   if (a.has_contour && !is_held_by_texture(a, context)) {
-    const double hidden = 1 - a.contour.sums.near / std::max(1.0, a.contour.sums.lines);
+    const double hidden = 1 - near_share(a);
     if (hidden > kMuchContourHidden) {
       return {Status::held, Reason::occluded, "contour hidden " + percent(hidden)};
     }
@@ -150,6 +152,8 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   const bool edges_tell = usual.edge_score > kTellingScore && usual.edge_share > kTellingShare;
   if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
   if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
+  // What is left of a long thing at the picture's border tells next to nothing of where it is along itself.
+  if (a.place_deviation() > kKnownPlace) return false;
   // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
   if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn) return false;
   if (context.texture_trust <= kTextureLeads) return true;
@@ -160,9 +164,7 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
 /// Whether they show it so well that it is found again.
 bool is_probable_by_outline(const Alignment& a, const AcceptanceContext& context) {
   if (a.mistakable || !a.solved || !(a.has_contour || a.has_edges)) return false;
-  if (context.usual_outline.contour_score > kTellingScore && a.contour.sums.near < kFoundNear * a.contour.sums.lines) {
-    return false;
-  }
+  if (a.has_contour && near_share(a) < kFoundNear * context.usual_outline.near) return false;
   const bool alone = context.texture_trust > kTextureLeads || !context.near;
   return shows_outline(a, context, alone ? kFoundContourAlone : kFoundContour);
 }
@@ -203,7 +205,8 @@ bool is_held_by_snapshot(const Alignment& a, const AcceptanceContext& context) {
   if (a.snapshot.reliability < kSureSnapshot || a.snapshot.sums.used < kHandful || a.turn_deviation() > kSureTurn) {
     return false;
   }
-  if (!context.expected) return outline_score(a, context.usual_outline) >= kFoundContour;
+  if (!context.expected) return shows_outline(a, context, kFoundContour);
+  if (context.lost_before) return shows_outline(a, context, kHeldContour);
   // What lies behind an object stays as it is, too: in the long run its outline must be there.
   return outline_score(a, context.usual_outline) >= kPromisingContour || context.without_outline < kMostWithoutOutline;
 }

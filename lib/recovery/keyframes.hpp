@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "holdfast/pose.hpp"
@@ -25,6 +26,8 @@ class Keyframes {
   void remember(const Pose& T_camera_object);
 
   int count() const { return count_; }
+  /// What is remembered, as appearances.
+  std::span<const Pose> remembered() const { return {poses_.data(), static_cast<std::size_t>(count_)}; }
 
   /// Begins a search for an object last seen at this pose: appearances in the order they are to be tried in, that one
   /// first, then turned away from it, farther and farther, then those remembered that are none of these.

@@ -1,154 +1,217 @@
 #include "recovery/outline_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace holdfast {
 namespace {
 
-/// Widest level that is looked at, pixels.
+/// Widest level that is looked at, pixels, and the object's least radius on it.
 constexpr int kWidest = 160;
-/// Places by colour, and appearances at each of them and where it is expected, that a frame takes on.
-constexpr std::size_t kMostPlaces = 2;
-constexpr int kAppearances = 10;
-/// Starts that are proposed.
+constexpr double kLeastRadius = 12;
+/// Farthest views from those that it was held in, radians, and between neighbours of them and of their turns about the
+/// optical axis.
+constexpr double kMostTurn = 0.95, kSwing = 0.3, kTwist = 0.22;
+/// Views of other remembered sides are turned by less, and no view is nearer than this to another.
+constexpr double kRememberedTwist = 0.44, kElsewhere = 0.3;
+/// How near or far it may have gone meanwhile.
+constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
+constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
+/// Templates that are compared with a frame, and views drawn for them.
+constexpr std::size_t kTemplates = 2000;
+/// All of them by one of so many of their points, and the best by all.
+constexpr std::size_t kEach = 5, kMostLookedAt = 60;
+constexpr int kMostViews = 12;
+/// Starts that are proposed, and how far apart they are, object radii or radians.
 constexpr std::size_t kMostStarts = 3;
-/// Pixels of the level from place to place, and around a silhouette.
-constexpr int kStride = 2, kAround = 4;
+constexpr double kApart = 0.5, kTurnedApart = 0.3;
+
+double turn_between(const Pose& a, const Pose& b) { return rotation_angle(a.linear().transpose() * b.linear()); }
 
 }  // namespace
 
 OutlineSearch::OutlineSearch(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
-                             DeviceImage& image, DepthView& shape)
+                             const std::vector<EdgeSample>& samples, DeviceImage& image, DepthView& shape)
     : device_(device),
       levels_(levels),
       extent_(extent),
+      samples_(samples),
       image_(image),
-      keyframes_(extent.p_object_center),
-      shape_(shape) {
-  while (static_cast<std::size_t>(level_) + 1 < levels.size() &&
-         levels[static_cast<std::size_t>(level_)].width > kWidest) {
-    ++level_;
-  }
-  width_ = levels[static_cast<std::size_t>(level_)].width;
-  height_ = levels[static_cast<std::size_t>(level_)].height;
-}
+      shape_(shape),
+      keyframes_(extent.p_object_center) {}
 
 void OutlineSearch::clear() {
   keyframes_.clear();
   searching_ = false;
 }
 
-void OutlineSearch::read_colors(const ColorHistograms& colors) {
+void OutlineSearch::add_view(const Pose& T_view, double swing, double most_twist) {
+  views_.push_back({T_view, {}, false});
+  const int twists = static_cast<int>(most_twist / kTwist);
+  for (int i = -twists; i <= twists; ++i) {
+    for (const double distance : kDistances) {
+      const double twist = i * kTwist;
+      templates_.push_back({views_.size() - 1, twist, distance, std::hypot(swing, twist)});
+    }
+  }
+}
+
+void OutlineSearch::plan(const Pose& T_last) {
+  const Eigen::Vector3d p_last = T_last * extent_.p_object_center;
+  const double radius = levels_[0].camera.fx * extent_.radius / std::max(p_last.z(), 1e-6);
+  level_ = 0;
+  while (static_cast<std::size_t>(level_) + 1 < levels_.size() &&
+         levels_[static_cast<std::size_t>(level_)].width > kWidest && radius / (2 << level_) >= kLeastRadius) {
+    ++level_;
+  }
+  views_.clear();
+  templates_.clear();
+  next_ = 0;
+  const Eigen::Vector3d p_center(0, 0, p_last.norm());
+  const auto on_axis = [&](const Eigen::Matrix3d& R_camera_object) {
+    Pose T = Pose::Identity();
+    T.linear() = R_camera_object;
+    T.translation() = p_center - R_camera_object * extent_.p_object_center;
+    return T;
+  };
+  const Eigen::Matrix3d R_last = Keyframes::to_axis(p_last) * T_last.linear();
+  const int reach = static_cast<int>(kMostTurn / kSwing) + 1;
+  for (int i = -reach; i <= reach; ++i) {  // a triangular lattice of turns that bring other sides to the front
+    for (int j = -reach; j <= reach; ++j) {
+      const Eigen::Vector3d swing(kSwing * (i + 0.5 * j), kSwing * std::sqrt(0.75) * j, 0);
+      const double angle = swing.norm();
+      if (angle > kMostTurn) continue;
+      const Eigen::Matrix3d R =
+          angle > 0 ? Eigen::AngleAxisd(angle, swing / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
+      add_view(on_axis(R * R_last), angle, kMostTurn);
+    }
+  }
+  const std::size_t around = views_.size();
+  for (const Pose& T : keyframes_.remembered()) {
+    const auto near = [&](const View& view) { return turn_between(view.T_camera_object, T) < kElsewhere; };
+    if (std::any_of(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(around), near)) continue;
+    add_view(on_axis(T.linear()), kMostTurn, kRememberedTwist);
+  }
+  std::stable_sort(templates_.begin(), templates_.end(),
+                   [](const Template& a, const Template& b) { return a.turn < b.turn; });
+}
+
+bool OutlineSearch::draw(View& view) {
+  view.drawn = true;
+  if (!shape_.draw(view.T_camera_object, level_, 0)) return false;
+  view.points = outline_points(shape_, samples_, levels_[static_cast<std::size_t>(level_)].camera,
+                               view.T_camera_object * extent_.p_object_center, extent_.radius, kMostPoints);
+  return true;
+}
+
+void OutlineSearch::read_frame(const ColorHistograms& colors) {
   const Level& level = levels_[static_cast<std::size_t>(level_)];
   image_.enqueue_pixels(level_);
   pixels_.resize(4 * level.elements);
   device_.queue.enqueueReadBuffer(image_.pixels(level_), CL_TRUE, 0, pixels_.size() * sizeof(float), pixels_.data());
-  says_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  says_.assign(static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height), 0.0F);
+  const float* first = pixels_.data() + 4 * level.layout.origin;
   auto out = says_.begin();
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      const float* pixel = pixels_.data() + 4 * (level.layout.origin + y * level.layout.stride + x);
+  for (int y = 0; y < level.height && colors.known(); ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      const float* pixel = first + 4 * (static_cast<std::ptrdiff_t>(y) * level.layout.stride + x);
       *out++ = 2 * colors.share()[static_cast<std::size_t>(color_bin(pixel))] - 1;
     }
   }
+  double most = 0;
+  for (const View& view : views_) {
+    for (const OutlinePoint& point : view.points) most = std::max(most, std::hypot(double(point.x), double(point.y)));
+  }
+  const int margin = static_cast<int>(most / kDistances.front()) + 2;
+  responses_.compute(first, level.layout.stride, says_, level.width, level.height, margin);
 }
 
-std::vector<Eigen::Vector2d> OutlineSearch::places(const Rect& box) {
-  const int width = width_, height = height_;
-  const auto sum = [&](int x, int y) -> double& {
-    return sums_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) + static_cast<std::size_t>(x)];
-  };
-  sums_.assign(static_cast<std::size_t>(width + 1) * static_cast<std::size_t>(height + 1), 0.0);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) sum(x + 1, y + 1) = says(x, y) + sum(x, y + 1) + sum(x + 1, y) - sum(x, y);
+OutlineSearch::Peak OutlineSearch::best_place(const Template& shown, std::size_t each) {
+  constexpr int kStep = DirectionResponses::kStep;
+  const Level& level = levels_[static_cast<std::size_t>(level_)];
+  const int columns = (level.width + kStep - 1) / kStep, rows = (level.height + kStep - 1) / kStep;
+  const int stride = responses_.columns(), margin = responses_.margin();
+  const auto size = static_cast<std::size_t>((rows - 1) * stride + columns);
+  sums_.assign(size, 0);
+  const double c = std::cos(shown.twist) / shown.distance, s = std::sin(shown.twist) / shown.distance;
+  const std::vector<OutlinePoint>& points = views_[shown.view].points;
+  double used = 0;
+  for (std::size_t n = 0; n < points.size(); n += each) {
+    const OutlinePoint& point = points[n];
+    used += 1;
+    const double px = static_cast<double>(point.x), py = static_cast<double>(point.y);
+    const int x = margin + static_cast<int>(std::lround(c * px - s * py));
+    const int y = margin + static_cast<int>(std::lround(s * px + c * py));
+    const double normal = static_cast<double>(point.normal) + shown.twist;
+    const int direction = DirectionResponses::direction(std::cos(normal), std::sin(normal));
+    const std::uint8_t* from = point.contour ? responses_.contours(direction, x, y)
+                                             : responses_.edges(direction % DirectionResponses::kEdges, x, y);
+    std::uint16_t* to = sums_.data();
+    for (std::size_t i = 0; i < size; ++i) to[i] = static_cast<std::uint16_t>(to[i] + from[i]);
   }
-  const auto inside = [&](int x, int y, int w, int h) {
-    const int left = std::clamp(x, 0, width), right = std::clamp(x + w, 0, width);
-    const int top = std::clamp(y, 0, height), bottom = std::clamp(y + h, 0, height);
-    return sum(right, bottom) - sum(left, bottom) - sum(right, top) + sum(left, top);
-  };
-  const int side = 1 << level_;
-  const int w = std::max(4, box.width / side), h = std::max(4, box.height / side);
-  struct Place {
-    double score;
-    int x, y;
-  };
-  std::vector<Place> all;
-  for (int y = -h / 2; y + h / 2 < height; y += kStride) {
-    for (int x = -w / 2; x + w / 2 < width; x += kStride) {
-      // The object's colours inside, and others around it.
-      const double here = inside(x, y, w, h);
-      const double around = inside(x - w / 4, y - h / 4, w + w / 2, h + h / 2) - here;
-      all.push_back({here - 0.5 * around, x, y});
-    }
+  std::uint16_t best = 0;
+  Peak peak;
+  peak.shown = shown;
+  for (int row = 0; row < rows; ++row) {
+    const std::uint16_t* here = sums_.data() + static_cast<std::ptrdiff_t>(row) * stride;
+    const std::uint16_t* top = std::max_element(here, here + columns);
+    if (*top <= best) continue;
+    best = *top;
+    peak.place = kStep * Eigen::Vector2d(static_cast<double>(top - here), row);
   }
-  std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
-  std::vector<Eigen::Vector2d> found;
-  std::vector<Place> taken;
-  for (const Place& place : all) {
-    if (found.size() == kMostPlaces || place.score <= 0) break;
-    const auto near = [&](const Place& other) {
-      return std::abs(place.x - other.x) < w / 2 && std::abs(place.y - other.y) < h / 2;
-    };
-    if (std::any_of(taken.begin(), taken.end(), near)) continue;
-    taken.push_back(place);
-    found.emplace_back((place.x + 0.5 * w + 0.5) * side - 0.5, (place.y + 0.5 * h + 0.5) * side - 0.5);
-  }
-  return found;
+  peak.score = best / used;
+  return peak;
 }
 
-double OutlineSearch::contrast(const Pose& T_camera_object) {
-  if (!shape_.draw(T_camera_object, level_, 0)) return -2;
-  const DrawnDepth& drawn = shape_.drawn();
-  const auto object = [&](int x, int y) { return drawn.at(x, y) < 1.0F; };
-  double inside = 0, around = 0;
-  int inside_count = 0, around_count = 0;
-  const int right = std::min(width_, drawn.rect.x + drawn.rect.width);
-  const int bottom = std::min(height_, drawn.rect.y + drawn.rect.height);
-  for (int y = std::max(0, drawn.rect.y); y < bottom; ++y) {
-    for (int x = std::max(0, drawn.rect.x); x < right; ++x) {
-      if (object(x, y)) {
-        inside += says(x, y);
-        ++inside_count;
-      } else if (object(x - kAround, y) || object(x + kAround, y) || object(x, y - kAround) || object(x, y + kAround)) {
-        around += says(x, y);
-        ++around_count;
-      }
-    }
-  }
-  return inside_count > 0 && around_count > 0 ? inside / inside_count - around / around_count : -2;
+Pose OutlineSearch::pose_at(const Peak& peak) const {
+  const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
+  const View& view = views_[peak.shown.view];
+  Pose T = view.T_camera_object;
+  const Eigen::Vector3d p_center = T * extent_.p_object_center;
+  T.translation() += (peak.shown.distance - 1) * p_center;
+  const Eigen::Vector3d ray((peak.place.x() - camera.cx) / camera.fx, (peak.place.y() - camera.cy) / camera.fy, 1);
+  const Eigen::Matrix3d R = Keyframes::to_axis(ray).transpose() *
+                            Eigen::AngleAxisd(peak.shown.twist, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  T.linear() = R * T.linear();
+  T.translation() = R * T.translation();
+  return renormalized(T);
 }
 
-std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const Pose& T_expected, const Rect& box,
-                                        const ColorHistograms& colors) {
-  if (!colors.known()) return {};
-  if (!searching_) keyframes_.plan(T_last);
+std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors) {
+  if (!searching_) plan(T_last);
   searching_ = true;
-  read_colors(colors);
-  std::vector<Eigen::Vector2d> centers;
-  if (!box.empty()) centers = places(box);
-  const Camera& camera = levels_[0].camera;
-  const Eigen::Vector3d p_expected = T_expected * extent_.p_object_center;
-  if (p_expected.z() > extent_.radius) centers.push_back(camera.project(p_expected));
-  struct Start {
-    Pose T_camera_object;
-    double contrast = 0;
-  };
-  std::vector<Start> all;
-  for (int i = 0; i < kAppearances; ++i) {
-    const Pose appearance = keyframes_.next();
-    for (const Eigen::Vector2d& center : centers) {
-      const Eigen::Vector3d ray((center.x() - camera.cx) / camera.fx, (center.y() - camera.cy) / camera.fy, 1);
-      Pose T = Pose::Identity();
-      T.linear() = Keyframes::to_axis(ray).transpose();
-      T = T * appearance;
-      all.push_back({T, contrast(T)});
+  std::vector<const Template*> part;
+  int drawn = 0;
+  for (std::size_t i = 0; i < std::min(kTemplates, templates_.size()); ++i) {
+    const Template& shown = templates_[next_];
+    View& view = views_[shown.view];
+    if (!view.drawn) {
+      if (drawn++ == kMostViews) break;
+      draw(view);
     }
+    next_ = (next_ + 1) % templates_.size();
+    if (view.points.size() >= kLeastPoints) part.push_back(&shown);
   }
-  std::stable_sort(all.begin(), all.end(), [](const Start& a, const Start& b) { return a.contrast > b.contrast; });
+  read_frame(colors);
+  std::vector<Peak> peaks;
+  for (const Template* shown : part) peaks.push_back(best_place(*shown, kEach));
+  const auto better = [](const Peak& a, const Peak& b) { return a.score > b.score; };
+  std::stable_sort(peaks.begin(), peaks.end(), better);
+  peaks.resize(std::min(kMostLookedAt, peaks.size()));
+  for (Peak& peak : peaks) peak = best_place(peak.shown, 1);
+  std::stable_sort(peaks.begin(), peaks.end(), better);
   std::vector<Pose> poses;
-  for (std::size_t i = 0; i < std::min(kMostStarts, all.size()); ++i) poses.push_back(all[i].T_camera_object);
+  for (const Peak& peak : peaks) {
+    const Pose T = pose_at(peak);
+    const auto same = [&](const Pose& other) {
+      return turn_between(T, other) < kTurnedApart &&
+             ((T * extent_.p_object_center) - (other * extent_.p_object_center)).norm() < kApart * extent_.radius;
+    };
+    if (std::any_of(poses.begin(), poses.end(), same)) continue;
+    poses.push_back(T);
+    if (poses.size() == kMostStarts) break;
+  }
   return poses;
 }
 

@@ -1,22 +1,26 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "base/corner_motion.hpp"
 #include "contour/color_histograms.hpp"
+#include "edges/model_edges.hpp"
 #include "image/depth_view.hpp"
 #include "image/device_image.hpp"
+#include "recovery/direction_responses.hpp"
 #include "recovery/keyframes.hpp"
+#include "recovery/outline_template.hpp"
 
 namespace holdfast {
 
-/// Looks for a lost object without texture over the whole picture: where its colours are, as it looked while it was
-/// held or turned from there; silhouettes that its colours fill and do not surround are worth a start. Proposes poses
-/// to align from, decides nothing.
+/// Looks for a lost object by its outline over the whole picture: contours and edges of views around those that it was
+/// held in, shifted over the frame's gradients and the colours that belong to the object (equation 38 of docs/math.md).
+/// Proposes poses to align from, decides nothing.
 class OutlineSearch {
  public:
-  OutlineSearch(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent, DeviceImage& image,
-                DepthView& shape);
+  OutlineSearch(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
+                const std::vector<EdgeSample>& samples, DeviceImage& image, DepthView& shape);
 
   void clear();
   /// The object was surely held at this pose.
@@ -24,33 +28,53 @@ class OutlineSearch {
   /// The object is held again: the next search begins anew.
   void end() { searching_ = false; }
 
-  /// The best starts for this frame, of the next appearances of a plan that goes on from frame to frame; the whole
-  /// picture must have been uploaded. `T_last`: where it was held last, `T_expected`: where it may have gone, `box`:
-  /// pixels of the picture that it covered. Waits for the device.
-  std::vector<Pose> starts(const Pose& T_last, const Pose& T_expected, const Rect& box, const ColorHistograms& colors);
+  /// The best starts for this frame, of the next part of a plan that goes on from frame to frame; the whole picture
+  /// must have been uploaded. `T_last`: where it was held last. Waits for the device.
+  std::vector<Pose> starts(const Pose& T_last, const ColorHistograms& colors);
 
  private:
-  void read_colors(const ColorHistograms& colors);
-  std::vector<Eigen::Vector2d> places(const Rect& box);
-  /// What the pixels inside the silhouette say for the object, less what those around it say, means; -2 to 2.
-  double contrast(const Pose& T_camera_object);
-  double says(int x, int y) const {
-    return static_cast<double>(
-        says_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)]);
-  }
+  /// The object as it may look, its centre on the optical axis; points are those at the middle distance.
+  struct View {
+    Pose T_camera_object;
+    std::vector<OutlinePoint> points;
+    bool drawn = false;
+  };
+  /// A view turned about the optical axis, nearer or farther.
+  struct Template {
+    std::size_t view = 0;
+    double twist = 0;
+    double distance = 1;
+    double turn = 0;  ///< from where it was held last, about
+  };
+  struct Peak {
+    double score = 0;
+    Template shown;
+    Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< of the object's centre, pixels of the level
+  };
+
+  void plan(const Pose& T_last);
+  void add_view(const Pose& T_view, double swing, double most_twist);
+  bool draw(View& view);
+  void read_frame(const ColorHistograms& colors);
+  /// The place where a template agrees best, by each so many-th of its points.
+  Peak best_place(const Template& shown, std::size_t each);
+  Pose pose_at(const Peak& peak) const;
 
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   Extent extent_;
+  const std::vector<EdgeSample>& samples_;
   DeviceImage& image_;
-  Keyframes keyframes_;
   DepthView& shape_;
+  Keyframes keyframes_;
+  std::vector<View> views_;
+  std::vector<Template> templates_;  ///< in the order that they are tried in
+  std::size_t next_ = 0;
   bool searching_ = false;
   int level_ = 0;  ///< that the picture is looked at on
-  int width_ = 0, height_ = 0;
-  std::vector<float> pixels_;
-  std::vector<float> says_;   ///< what each pixel's colour says for the object, -1 to 1
-  std::vector<double> sums_;  ///< these, summed up from the picture's corner
+  DirectionResponses responses_;
+  std::vector<float> pixels_, says_;
+  std::vector<std::uint16_t> sums_;
 };
 
 }  // namespace holdfast

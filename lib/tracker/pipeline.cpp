@@ -44,7 +44,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
-    if (!held(best) && !state_.seen && start_as_given(prior_.T_camera_object)) {
+    if (!held(best) && !state_.seen && !state_.motion.lost() && start_as_given(prior_.T_camera_object)) {
       best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
@@ -54,7 +54,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
         relocalize(prior_, best);
       } else if (outline) {
         if (!album_.empty()) relocalize_by_snapshots(prior_, best);
-        if (!held(best)) relocalize_by_outline(prior_, best);
+        if (!held(best)) relocalize_by_outline(best);
       }
     }
     look_for_print(best);
@@ -115,7 +115,7 @@ std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
   if (state_.suspected) poses.push_back(*state_.suspected);
   if (tuning_.predict_velocity) poses.push_back(prior.T_camera_object);
   poses.push_back(motion.pose());
-  if (motion.lost()) {
+  if (motion.lost() && !searches_by_outline(state_)) {
     const int way = motion.misses();
     const double angle = (way % 2 == 0 ? 1 : -1) * kSearchTurn * (1 + (way / 6) % 2);
     poses.push_back(turned_about_center(prior.T_camera_object, extent_, Eigen::Vector3d::Unit((way / 2) % 3), angle));

@@ -63,7 +63,7 @@ class Pipeline {
   void relocalize(const MotionPrior& prior, Alignment& best);
   /// As frames showed it before, shifted over the whole picture. The album must hold some.
   void relocalize_by_snapshots(const MotionPrior& prior, Alignment& best);
-  void relocalize_by_outline(const MotionPrior& prior, Alignment& best);
+  void relocalize_by_outline(Alignment& best);
   /// Of the poses that a symmetrical shape may be taken for, the one turned least from where it was held last;
   /// mistakable where that is far.
   void tell_apart(Alignment& found);

@@ -132,6 +132,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     const double weight =
         usual.contour_score <= 0 ? 1.0 : std::max(kContourMemory, 1.0 / (2 + std::max(0, usual.held_frames)));
     usual.contour_score += weight * (score - usual.contour_score);
+    usual.contour_near += weight * (near_share(alignment) - usual.contour_near);
     usual.contour_information = alignment.contour.equations.A / (state.textured ? usual.contour_excess : 1.0);
   }
   const double outline = usual.contour_information.trace();

@@ -21,12 +21,12 @@ constexpr double kLeastTrust = 0.2;
 /// turn, radians, since it was held last from which it may have turned on into another of its symmetries.
 constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Snapshots that a lost object is compared with in a frame, and pixels of one that a place is scored with, about.
-constexpr std::size_t kSnapshotsAFrame = 3;
+constexpr std::size_t kSnapshotsAFrame = 1;
 constexpr double kScoredPixels = 200;
 /// Inlier ratio of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3;
 /// Of a frame's starts by the outline, those followed to the finest level.
-constexpr std::size_t kMostOutlineStarts = 2;
+constexpr std::size_t kMostOutlineStarts = 1;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
 constexpr double kLeads = 0.5;
 
@@ -217,11 +217,11 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
   if (snapshot.finest == finest) show(snapshot);
 }
 
-void Pipeline::relocalize_by_outline(const MotionPrior& prior, Alignment& best) {
+void Pipeline::relocalize_by_outline(Alignment& best) {
   const Pose& T_last = state_.motion.pose();
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
   std::vector<Alignment> starts;
-  for (const Pose& T : outline_search_.starts(T_last, prior.T_camera_object, view_.bounds(T_last), state_.colors)) {
+  for (const Pose& T : outline_search_.starts(T_last, state_.colors)) {
     AlignmentPlan plan;
     plan.coarsest = aligner_.contour().coarsest(T, state_.finest);
     plan.finest = std::max(plan.coarsest - 1, state_.finest);

@@ -16,6 +16,7 @@ struct UsualEvidence {
   double texture_score = 0;                       ///< of texture on the finest level, likewise; 0: unknown
   double inlier_ratio = 0;                        ///< of texture where nothing is in front; 0: unknown
   double contour_score = 0;                       ///< 0: unknown
+  double contour_near = 1;                        ///< share of its lines whose edge is next to it
   double contour_variance = 0.0025;               ///< of that score
   double edge_score = 0;                          ///< 0: unknown
   double edge_share = -1;                         ///< of edges in the information of contour and edges; -1: unknown
@@ -34,7 +35,7 @@ struct UsualEvidence {
   double expected_texture_score() const { return texture_score > 0 ? texture_score : 0.6; }
   double expected_contour_score() const { return contour_score > 0 ? contour_score : kFirstScore; }
   UsualOutline outline() const {
-    return {expected_contour_score(), edge_score > 0 ? edge_score : kFirstScore, edge_share};
+    return {expected_contour_score(), edge_score > 0 ? edge_score : kFirstScore, edge_share, contour_near};
   }
   bool unobservable_usually() const { return held_frames == 0 || unobservable > 0.5; }
 };
