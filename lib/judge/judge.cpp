@@ -10,7 +10,7 @@ namespace {
 constexpr double kSureTurn = 0.04;
 /// The same where a pose is held by the outline of an object that its texture says little of: 5 degrees.
 constexpr double kKnownTurn = 0.087;
-/// Standard deviation of the place, object radii, up to which an outline holds it.
+/// Standard deviation of the place, object radii, up to which an outline alone holds it.
 constexpr double kKnownPlace = 0.15;
 /// Share of the texture's information that must be believed.
 constexpr double kLeastReliability = 0.2;
@@ -153,7 +153,7 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
   if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
   // What is left of a long thing at the picture's border tells next to nothing of where it is along itself.
-  if (a.place_deviation() > kKnownPlace) return false;
+  if (!a.has_texture && a.place_deviation() > kKnownPlace) return false;
   // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
   if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn) return false;
   if (context.texture_trust <= kTextureLeads) return true;
