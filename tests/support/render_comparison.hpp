@@ -45,8 +45,8 @@ View draw(Renderer& renderer, const Pose& pose, const Camera& camera, const Rect
 View draw(Renderer& renderer, const Pose& pose, const Camera& camera = kRenderCamera);
 
 /// A view against the ray caster. Pixels whose centre lies within 0.01 px of an edge (rays 0.01 px away see something
-/// else) are left out; `compared` says how many remain. A depth is right that lies between those of these rays: graphics
-/// processors put corners on a grid of 1/256 px.
+/// else) are left out; `compared` says how many remain. A depth is right that lies between those of these rays:
+/// graphics processors put corners on a grid of 1/256 px.
 struct Comparison {
   long pixels = 0;
   long compared = 0;        ///< of the mask
