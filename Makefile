@@ -13,6 +13,7 @@
 #                 SEQUENCES=folder for recorded sequences too, PARTS=starts,small for some of it
 # make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md, README's table
 # make modalities the same with and without the model's edges, and grey recordings: docs/results/modalities.md
+# make devices    this machine's processor beside its graphics processor on SEQUENCES=folder: docs/results/devices.md
 # make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md
 # make hazards    installs what is missing, then cases in which a tracker may hold a wrong pose: docs/results/hazards.md;
@@ -36,7 +37,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery hazards results modalities starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery hazards results modalities devices starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -68,6 +69,11 @@ modalities:
 	@sh cmake/install-deps.sh build experiments
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/modalities.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
+
+devices:
+	@sh cmake/install-deps.sh build experiments
+	@$(MAKE) --no-print-directory all
+	@python3 -B apps/experiments/devices.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
 
 starts:
 	@sh cmake/install-deps.sh build experiments

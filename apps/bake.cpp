@@ -16,7 +16,7 @@
 #include "common_options.hpp"
 #include "config_file.hpp"
 #include "driver_start.hpp"
-#include "evaluation/sequence.hpp"
+#include "evaluation/estimated_poses.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"

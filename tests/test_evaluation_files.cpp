@@ -15,6 +15,8 @@
 
 #include "commands.hpp"
 #include "config_file.hpp"
+#include "evaluation/estimated_poses.hpp"
+#include "evaluation/folder_names.hpp"
 #include "evaluation/model_choice.hpp"
 #include "evaluation/occluder_use.hpp"
 #include "evaluation/plots.hpp"

@@ -16,6 +16,7 @@
 #include "support/files.hpp"
 
 using namespace holdfast;
+using holdfast::test::base64;
 using holdfast::test::read_file;
 using holdfast::test::TemporaryFolder;
 
@@ -42,19 +43,6 @@ std::string picture(const char* extension) {
   std::vector<std::uint8_t> bytes;
   cv::imencode(extension, cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 100, 200)), bytes);
   return {bytes.begin(), bytes.end()};
-}
-
-std::string base64(const std::string& bytes) {
-  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned block = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      block = block << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : digits[block >> (18 - 6 * k) & 63];
-  }
-  return text;
 }
 
 template <typename Value>

@@ -13,6 +13,7 @@
 #include "init/check_picture.hpp"
 #include "init/click_session.hpp"
 #include "init/point_pairs.hpp"
+#include "init/point_residuals.hpp"
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
 #include "simulation/sequence.hpp"

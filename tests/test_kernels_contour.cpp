@@ -31,8 +31,6 @@ constexpr float kUntouched = 7.0F;
 /// Positions closer to where rounding or a comparison turns may go either way in float, pixels.
 constexpr double kMargin = 1e-3;
 
-double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
-
 int bin_of(const Eigen::Vector3d& color) {
   int bin = 0;
   for (int c = 0; c < 3; ++c) bin = 16 * bin + static_cast<int>(std::clamp(std::floor(color(c) * 16), 0.0, 15.0));
@@ -467,20 +465,7 @@ void check_found_edge(const Device::Impl& device, Size size) {
   if (size.width < 13) return;
   const Eigen::Vector2d normal(std::cos(0.4), std::sin(0.4)), middle(0.5 * size.width, 0.5 * size.height);
   const Eigen::Vector3d inside(0.8, 0.3, 0.2), outside(0.2, 0.5, 0.7);
-  Planes frame(size.width, size.height, HF_PIXEL);
-  constexpr int kFine = 8;
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      int hits = 0;
-      for (int n = 0; n < kFine * kFine; ++n) {
-        const Eigen::Vector2d at(x + (n % kFine + 0.5) / kFine - 0.5, y + (n / kFine + 0.5) / kFine - 0.5);
-        hits += normal.dot(at - middle) < 0 ? 1 : 0;
-      }
-      const double share = static_cast<double>(hits) / (kFine * kFine);
-      for (int c = 0; c < 3; ++c) frame.at(x, y, c) = as_float(share * inside(c) + (1 - share) * outside(c));
-      frame.at(x, y, 3) = 1;
-    }
-  }
+  const Planes frame = two_colors(size, normal, middle, inside, outside);
   Setting setting(size, frame);
   setting.contour.variance = 0.25F;
   setting.contour.step = 0.5F;

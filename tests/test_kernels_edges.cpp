@@ -25,8 +25,6 @@ constexpr std::size_t kValues = HF_EDGE_CANDIDATES * HF_EDGE_CANDIDATE;
 /// Closer comparisons may turn out otherwise in float: of pixels' places, and of squared steps beside each other.
 constexpr double kMargin = 1e-3, kClose = 1e-4;
 
-double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
-
 struct Line {
   Eigen::Vector2d at, normal;
   Eigen::Vector3d usual = Eigen::Vector3d::Zero();
@@ -219,20 +217,7 @@ void check_edge_of_two_colors(const Device::Impl& device, Size size) {
   if (size.width < 100) return;
   const Eigen::Vector2d normal = Eigen::Vector2d(0.8, -0.6), middle(0.5 * size.width, 0.5 * size.height);
   const Eigen::Vector3d before(0.7, 0.3, 0.2), beyond(0.3, 0.4, 0.6);
-  Planes frame(size.width, size.height, HF_PIXEL);
-  constexpr int kFine = 8;
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      int hits = 0;
-      for (int n = 0; n < kFine * kFine; ++n) {
-        const Eigen::Vector2d at(x + (n % kFine + 0.5) / kFine - 0.5, y + (n / kFine + 0.5) / kFine - 0.5);
-        hits += normal.dot(at - middle) > 0 ? 1 : 0;
-      }
-      const double share = static_cast<double>(hits) / (kFine * kFine);
-      for (int c = 0; c < 3; ++c) frame.at(x, y, c) = as_float(share * beyond(c) + (1 - share) * before(c));
-      frame.at(x, y, 3) = 1;
-    }
-  }
+  const Planes frame = two_colors(size, normal, middle, before, beyond);
   std::vector<Line> lines;
   std::vector<double> offsets;
   for (int i = 0; i < 60; ++i) {

@@ -15,6 +15,7 @@
 #include "support/check_error.hpp"
 
 using namespace holdfast;
+using holdfast::test::base64;
 using holdfast::test::TemporaryFolder;
 
 namespace {
@@ -77,19 +78,6 @@ std::vector<std::string> remarks_of(const std::filesystem::path& path) {
 bool any_says(const std::vector<std::string>& remarks, const std::string& words) {
   return std::any_of(remarks.begin(), remarks.end(),
                      [&](const std::string& remark) { return remark.find(words) != std::string::npos; });
-}
-
-std::string base64(const std::string& bytes) {
-  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned block = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      block = block << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : digits[block >> (18 - 6 * k) & 63];
-  }
-  return text;
 }
 
 /// A glTF of one triangle (coordinates 0 to 1, v downwards) with this material, and more beside it.

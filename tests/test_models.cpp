@@ -14,6 +14,7 @@
 #include "support/check_error.hpp"
 
 using namespace holdfast;
+using holdfast::test::base64;
 using holdfast::test::TemporaryFolder;
 
 namespace {
@@ -30,21 +31,6 @@ std::string png_of(const Texture& texture) {
   std::vector<std::uint8_t> bytes;
   cv::imencode(".png", bgra, bytes);
   return {bytes.begin(), bytes.end()};
-}
-
-std::string base64(const std::string& bytes) {
-  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    unsigned block = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      block = block << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += i + k > bytes.size() ? '=' : digits[block >> (18 - 6 * k) & 63];
-    }
-  }
-  return text;
 }
 
 /// What a corner of a triangle shows, for comparing meshes whose vertices stand in another order.

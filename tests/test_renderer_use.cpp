@@ -218,11 +218,11 @@ TEST_CASE("Misuse is an error with its code") {
   Texture negative = random_texture(4, 4, 1);
   negative.width = negative.height = -4;
   CHECK(code_of([&] { renderer.set_texture(0, negative); }) == ErrorCode::invalid_argument);
-  CHECK(code_of([&] { renderer.set_texture(0, random_texture(20000, 1, 1)); }) == ErrorCode::model);
+  CHECK(code_of([&] { renderer.set_texture(0, random_texture(1 << 17, 1, 1)); }) == ErrorCode::model);
   CHECK(draw(renderer, pose, kRenderCamera, {20, 20, 64, 64}).known_count() > 500);
 
   CHECK(code_of([] { Renderer(Mesh{}, 64, 64); }) == ErrorCode::model);
-  CHECK(code_of([] { Renderer(quad(random_texture(20000, 1, 1)), 64, 64); }) == ErrorCode::model);
+  CHECK(code_of([] { Renderer(quad(random_texture(1 << 17, 1, 1)), 64, 64); }) == ErrorCode::model);
   CHECK(code_of([&] { Renderer(mesh, 0, 64); }) == ErrorCode::invalid_argument);
   CHECK(code_of([&] { Renderer(mesh, 64, 64, {3}); }) == ErrorCode::invalid_argument);
   CHECK(code_of([&] { Renderer(mesh, 64, 1 << 20); }) == ErrorCode::invalid_argument);
@@ -246,7 +246,7 @@ TEST_CASE("OSMesa and EGL draw the same bits by software, and nearly the same by
     egl = renderer_by(RendererChoice::egl);
   } catch (const Error& error) {
     REQUIRE(error.code() == ErrorCode::renderer);
-    MESSAGE("one of them is not installed, so they are not compared: ", error.what());
+    MESSAGE("one of them is not installed, so they are not compared: ", std::string(error.what()));
     return;
   }
   CHECK(osmesa->description().starts_with("OSMesa: "));
@@ -276,7 +276,7 @@ TEST_CASE("OSMesa and EGL draw the same bits by software, and nearly the same by
 
 TEST_CASE("The description names OpenGL's renderer") {
   Renderer renderer(colored_box(), 64, 64);
-  CHECK(renderer.description().find("pipe") != std::string::npos);
+  CHECK((renderer.description().starts_with("OSMesa: ") || renderer.description().starts_with("EGL: ")));
   CHECK(renderer.description().find("OpenGL") != std::string::npos);
   Renderer moved = std::move(renderer);
   CHECK(draw(moved, pose_at({0, 0, 0.5}), kRenderCamera, {20, 20, 64, 64}).drawn_count() > 500);

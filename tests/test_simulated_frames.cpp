@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "holdfast/io.hpp"
+#include "simulation/light_encoding.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"

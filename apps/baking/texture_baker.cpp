@@ -27,8 +27,6 @@ constexpr std::uint8_t kKnownAlpha = 250;
 constexpr float kBetterGivenView = 1.25F;
 /// Views down to this share of a texel's score are averaged with it.
 constexpr float kAsGood = 0.8F;
-/// Candidates wait for this many frames at most.
-constexpr std::size_t kMostViews = 512;
 
 /// Mean over the channels.
 float difference(const ColorF& a, const ColorF& b) {
@@ -67,7 +65,8 @@ TextureBaker::TextureBaker(const Mesh& mesh, const std::vector<cv::Size>& sizes,
       options_(options),
       topology_(topology_of(mesh_)),
       map_(map_texels(mesh_, sizes)),
-      visible_(mesh_, camera) {
+      visible_(mesh_, camera),
+      candidate_views_(mesh_, camera, options.confirming_motion) {
   colors_.assign(map_.count(), ColorF{});
   states_.assign(map_.count(), State::unknown);
   looks_.assign(map_.count(), 0);
@@ -330,7 +329,7 @@ void TextureBaker::take(const Sighting& sighting, const ColorF& color, PoseSourc
     return;
   }
   if (states_[texel] == State::candidate) {
-    if (!view_confirms_[views_[texel]]) {
+    if (!candidate_views_.moved_since(views_[texel])) {
       return;
     }
     if (alike) {
@@ -347,37 +346,15 @@ void TextureBaker::take(const Sighting& sighting, const ColorF& color, PoseSourc
   views_[texel] = view;
 }
 
-/// The view's number for candidates; says of the views before whether the object moved since.
+/// The view's number for candidates, which wait for so many views at most.
 std::uint16_t TextureBaker::add_view(const Pose& T_camera_object) {
-  if (view_poses_.size() == kMostViews) {
+  if (candidate_views_.full()) {
     for (State& state : states_) {
       state = state == State::candidate ? State::unknown : state;
     }
-    view_poses_.clear();
+    candidate_views_.clear();
   }
-  view_confirms_.resize(view_poses_.size());
-  for (std::size_t i = 0; i < view_poses_.size(); ++i) {
-    view_confirms_[i] = corner_motion(view_poses_[i], T_camera_object) >= options_.confirming_motion;
-  }
-  view_poses_.push_back(T_camera_object);
-  view_confirms_.push_back(false);
-  return static_cast<std::uint16_t>(view_poses_.size() - 1);
-}
-
-double TextureBaker::corner_motion(const Pose& T_a, const Pose& T_b) const {
-  const Eigen::Vector3d center = mesh_.center();
-  const double side = mesh_.radius() / std::sqrt(3.0);
-  double farthest = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d offset((corner & 1) != 0 ? side : -side, (corner & 2) != 0 ? side : -side,
-                                 (corner & 4) != 0 ? side : -side);
-    const Eigen::Vector3d a = T_a * (center + offset);
-    const Eigen::Vector3d b = T_b * (center + offset);
-    if (a.z() > 0 && b.z() > 0) {
-      farthest = std::max(farthest, (camera_.project(a) - camera_.project(b)).norm());
-    }
-  }
-  return farthest;
+  return candidate_views_.add(T_camera_object);
 }
 
 Texture TextureBaker::texture(std::size_t material, bool fill) const {

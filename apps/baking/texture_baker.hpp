@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "baking/candidate_views.hpp"
 #include "baking/frame_sharpness.hpp"
 #include "baking/mesh_topology.hpp"
 #include "baking/photometric_match.hpp"
@@ -116,7 +117,6 @@ class TextureBaker {
   bool is_better(std::uint32_t texel, float score, PoseSource source) const;
   bool is_as_good(std::uint32_t texel, float score, PoseSource source) const;
   std::uint16_t add_view(const Pose& T_camera_object);
-  double corner_motion(const Pose& T_a, const Pose& T_b) const;
 
   Mesh mesh_;  // without textures
   Camera camera_;
@@ -135,8 +135,7 @@ class TextureBaker {
   std::vector<float> scores_;         // of the view that brought it
   std::vector<std::uint16_t> views_;  // of a candidate
 
-  std::vector<Pose> view_poses_;     // of the frames that brought candidates
-  std::vector<bool> view_confirms_;  // of these: the object moved since
+  CandidateViews candidate_views_;
 
   std::vector<Sighting> sightings_;  // of the last frame
 };

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluation/sequence.hpp"
+#include "evaluation/estimated_poses.hpp"
 #include "evaluation/statistics.hpp"
 #include "holdfast/camera.hpp"
 

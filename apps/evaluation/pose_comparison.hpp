@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "evaluation/estimated_poses.hpp"
 #include "evaluation/protocol.hpp"
 #include "evaluation/sequence.hpp"
 

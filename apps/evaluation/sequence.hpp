@@ -7,7 +7,6 @@
 
 #include "holdfast/camera.hpp"
 #include "holdfast/pose.hpp"
-#include "holdfast/tracker.hpp"
 
 namespace holdfast::evaluation {
 
@@ -35,25 +34,5 @@ struct Sequence {
 ///   without it the scene must hold one object only.
 /// Throws Error(file), Error(pose), Error(camera) or Error(image): one line that names the file.
 Sequence load_sequence(const std::filesystem::path& folder, std::optional<int> bop_object = std::nullopt);
-
-/// Names under which the results of these folders can stand beside each other: a folder's own where no other has it,
-/// else with those of the folders above that tell it apart, or a number where it is the same folder again.
-std::vector<std::string> distinct_names(const std::vector<std::filesystem::path>& folders);
-
-/// Poses as a program wrote them: the table of `holdfast track` (columns frame, status, tx ty tz qx qy qz qw), or text
-/// with a pose a line (12 or 16 numbers, or TUM).
-struct EstimatedPoses {
-  struct Entry {
-    int frame = 0;
-    FrameResult result;  ///< as far as the file tells; held where it does not
-
-    bool held() const { return result.status == Status::held; }
-  };
-  std::vector<Entry> entries;  ///< by rising frame
-};
-
-/// Times of TUM lines tell the frame where `frame_rate` (frames a second) is given, unless all are whole numbers, which
-/// are taken for frames themselves; otherwise a line is a frame. Throws Error(file) or Error(pose).
-EstimatedPoses load_estimated_poses(const std::filesystem::path& file, std::optional<double> frame_rate);
 
 }  // namespace holdfast::evaluation

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "holdfast/error.hpp"
-#include "init/pose_from_points.hpp"
+#include "init/point_residuals.hpp"
 #include "track/output_file.hpp"
 
 namespace holdfast::app {

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "holdfast/error.hpp"
+#include "init/point_residuals.hpp"
 #include "init/pose_from_points.hpp"
 
 namespace holdfast::app {

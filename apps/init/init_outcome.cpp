@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common_options.hpp"
+#include "init/point_residuals.hpp"
 
 namespace holdfast::app {
 

@@ -30,11 +30,4 @@ PoseFromPoints pose_from_points(const std::vector<PointPair>& pairs, const Camer
 /// Six or more pairs; throws Error(pose) as above or when they do not determine the focal length.
 PoseFromPoints pose_and_focal_from_points(const std::vector<PointPair>& pairs, int width, int height);
 
-/// Projected minus seen, pixels, one a pair. Points behind the camera have no residual: NaN.
-std::vector<Eigen::Vector2d> point_residuals(const std::vector<PointPair>& pairs, const Camera& camera,
-                                             const Pose& T_camera_object);
-
-/// Root of the mean squared length; NaN with NaN among them.
-double root_mean_square(const std::vector<Eigen::Vector2d>& residuals);
-
 }  // namespace holdfast::app

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "holdfast/tracker.hpp"
-#include "init/pose_from_points.hpp"
+#include "init/point_residuals.hpp"
 #include "video/tracker_view.hpp"
 
 namespace holdfast::app {

@@ -9,8 +9,8 @@
 
 #include "holdfast/error.hpp"
 #include "modules/video_module.hpp"
+#include "simulation/light_encoding.hpp"
 #include "simulation/random.hpp"
-#include "simulation/rasterizer.hpp"
 
 namespace holdfast::simulation {
 namespace {

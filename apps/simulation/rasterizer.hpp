@@ -1,79 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <vector>
 
 #include "holdfast/camera.hpp"
-#include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
+#include "simulation/drawn_mesh.hpp"
 
 /// A CPU rasteriser that shares nothing with holdfast::Renderer: several samples a pixel, lighting in linear light, one
 /// depth buffer for all objects. It makes the ground truth that the tracker is measured against.
 namespace holdfast::simulation {
-
-/// Linear light of an encoded (sRGB) value, both in [0, 1].
-double linear_from_encoded(double value);
-/// Encoded (sRGB) value of linear light, both in [0, 1].
-double encoded_from_linear(double value);
-
-/// A texture in linear light with its area-averaged pyramid.
-class MipTexture {
- public:
-  explicit MipTexture(const Texture& texture);
-  int width() const { return levels_.front().width; }
-  int height() const { return levels_.front().height; }
-
-  /// What a sample stands for on the texture, in texels of the finest level: probes in a row, each averaging a square.
-  struct Footprint {
-    int probes = 1;
-    Eigen::Vector2f step = Eigen::Vector2f::Zero();  ///< from probe to probe
-    float level = 0;                                 ///< of the pyramid: log2 of the square's side
-  };
-  /// `across` and `down`: what the texture coordinate moves by from one sample to the next.
-  static Footprint footprint(const Eigen::Vector2f& across, const Eigen::Vector2f& down);
-
-  /// Linear BGR averaged over a footprint round `texel`. `repeat`: coordinates outside the texture wrap round.
-  Eigen::Array3f sample(const Eigen::Vector2f& texel, const Footprint& footprint, bool repeat) const;
-
- private:
-  struct Level {
-    int width = 0;
-    int height = 0;
-    float scale_x = 1;  // texels of this level a texel of the finest
-    float scale_y = 1;
-    std::vector<std::array<std::uint16_t, 4>> texels;  // linear BGR, 65535 is white; the fourth is unused
-  };
-  Eigen::Array4f trilinear(const Eigen::Vector2f& texel, float level, bool repeat) const;
-  static Eigen::Array4f bilinear(const Level& level, float x, float y, bool repeat);
-
-  std::vector<Level> levels_;
-};
-
-/// A mesh made ready for drawing: normals (smooth across edges below 40 degrees), textures in linear light.
-class DrawnMesh {
- public:
-  /// Throws Error(model) when the mesh cannot be drawn.
-  explicit DrawnMesh(const Mesh& mesh);
-
-  struct Triangle {
-    std::array<Eigen::Vector3d, 3> positions;  // object frame
-    std::array<Eigen::Vector3d, 3> normals;    // object frame, unit
-    std::array<Eigen::Vector2d, 3> texels;     // pixel coordinates of the texture (centres at integers)
-    std::array<Eigen::Vector3f, 3> colors;     // linear BGR, where there is no texture
-    int texture = -1;                          // index, or -1
-  };
-  const std::vector<Triangle>& triangles() const { return triangles_; }
-  const std::vector<MipTexture>& textures() const { return textures_; }
-  bool repeats() const { return repeats_; }
-
- private:
-  std::vector<Triangle> triangles_;
-  std::vector<MipTexture> textures_;
-  bool repeats_ = false;
-};
 
 /// A point light in the camera frame, without fall-off.
 struct PointLight {

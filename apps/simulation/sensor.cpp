@@ -8,8 +8,8 @@
 #include <string>
 
 #include "holdfast/error.hpp"
+#include "simulation/light_encoding.hpp"
 #include "simulation/random.hpp"
-#include "simulation/rasterizer.hpp"
 
 namespace holdfast::simulation {
 namespace {

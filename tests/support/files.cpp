@@ -45,6 +45,19 @@ std::string read_file(const fs::path& path) {
   return text.str();
 }
 
+std::string base64(const std::string& bytes) {
+  const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    unsigned block = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      block = block << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) text += i + k > bytes.size() ? '=' : digits[block >> (18 - 6 * k) & 63];
+  }
+  return text;
+}
+
 bool CaughtError::says(ErrorCode wanted, std::initializer_list<const char*> words) const {
   return thrown && code == wanted && message.find('\n') == std::string::npos &&
          std::all_of(words.begin(), words.end(),

@@ -27,6 +27,9 @@ class TemporaryFolder {
 
 std::string read_file(const std::filesystem::path& path);
 
+/// As glTF holds bytes in its text.
+std::string base64(const std::string& bytes);
+
 struct CaughtError {
   bool thrown = false;
   ErrorCode code{};

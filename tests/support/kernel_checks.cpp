@@ -58,6 +58,25 @@ Planes random_pixels(Size size, unsigned seed) {
   return planes;
 }
 
+reference::Planes two_colors(Size size, const Eigen::Vector2d& normal, const Eigen::Vector2d& middle,
+                             const Eigen::Vector3d& before, const Eigen::Vector3d& beyond) {
+  constexpr int kFine = 8;
+  reference::Planes frame(size.width, size.height, HF_PIXEL);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      int hits = 0;
+      for (int n = 0; n < kFine * kFine; ++n) {
+        const Eigen::Vector2d at(x + (n % kFine + 0.5) / kFine - 0.5, y + (n / kFine + 0.5) / kFine - 0.5);
+        hits += normal.dot(at - middle) < 0 ? 1 : 0;
+      }
+      const double share = static_cast<double>(hits) / (kFine * kFine);
+      for (int c = 0; c < 3; ++c) frame.at(x, y, c) = as_float(share * before(c) + (1 - share) * beyond(c));
+      frame.at(x, y, 3) = 1;
+    }
+  }
+  return frame;
+}
+
 std::vector<float> to_memory(const Planes& planes, const Level& level) {
   const auto channels = static_cast<std::size_t>(planes.channels);
   std::vector<float> memory((level.elements + kGuardFloats) * channels, 0.0f);

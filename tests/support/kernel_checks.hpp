@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -28,6 +29,14 @@ inline std::size_t element(const Level& level, int x, int y) {
 
 /// Random interleaved pixels, premultiplied by a coverage that is often 0 or 1.
 reference::Planes random_pixels(Size size, unsigned seed);
+
+/// As the kernels hold it.
+inline double as_float(double value) { return static_cast<double>(static_cast<float>(value)); }
+
+/// A frame of two colours with a straight edge through `middle`, sampled 64 times a pixel: `beyond` is where the normal
+/// points.
+reference::Planes two_colors(Size size, const Eigen::Vector2d& normal, const Eigen::Vector2d& middle,
+                             const Eigen::Vector3d& before, const Eigen::Vector3d& beyond);
 
 /// Memory of a level with all channels of a pixel side by side, zero outside the image.
 std::vector<float> to_memory(const reference::Planes& planes, const Level& level);

@@ -37,12 +37,16 @@ Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, con
       const auto hit = caster.cast(camera, center, view.range.near_plane);
       bool mask_stable = true;
       bool surface_stable = true;
+      double nearest = hit ? hit->depth : 0, farthest = nearest;
       for (int k = 0; k < 8; ++k) {
         const double angle = k * std::numbers::pi / 4;
         const auto other = caster.cast(camera, center + 0.01 * Eigen::Vector2d(std::cos(angle), std::sin(angle)),
                                        view.range.near_plane);
         mask_stable = mask_stable && hit.has_value() == other.has_value();
         surface_stable = surface_stable && hit && other && hit->triangle == other->triangle;
+        if (!other) continue;
+        nearest = std::min(nearest, other->depth);
+        farthest = std::max(farthest, other->depth);
       }
       if (!mask_stable) {
         continue;
@@ -61,7 +65,8 @@ Comparison compare(const Mesh& mesh, const Pose& pose, const Camera& camera, con
         continue;
       }
       ++result.surface_pixels;
-      result.depth_error = std::max(result.depth_error, std::abs(view.depth(column, row) / hit->depth - 1));
+      const double depth = view.depth(column, row);
+      result.depth_error = std::max({result.depth_error, 1 - depth / nearest, depth / farthest - 1});
       const Eigen::Vector4d color =
           texture_samples == 1 ? caster.color(*hit, repeat) : caster.pixel_color(camera, center, *hit, repeat);
       const double threshold = 0.98 * 255;

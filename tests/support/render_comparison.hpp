@@ -45,7 +45,8 @@ View draw(Renderer& renderer, const Pose& pose, const Camera& camera, const Rect
 View draw(Renderer& renderer, const Pose& pose, const Camera& camera = kRenderCamera);
 
 /// A view against the ray caster. Pixels whose centre lies within 0.01 px of an edge (rays 0.01 px away see something
-/// else) are left out; `compared` says how many remain.
+/// else) are left out; `compared` says how many remain. A depth is right that lies between those of these rays:
+/// graphics processors put corners on a grid of 1/256 px.
 struct Comparison {
   long pixels = 0;
   long compared = 0;        ///< of the mask
@@ -54,7 +55,7 @@ struct Comparison {
   long known = 0;           ///< of these, with a known colour
   long colors = 0;          ///< of these, with a magnified texture
   long alpha_errors = 0;
-  double depth_error = 0;  ///< relative, largest
+  double depth_error = 0;  ///< relative, beyond what is right, largest
   double color_error = 0;  ///< grey levels, largest
 };
 

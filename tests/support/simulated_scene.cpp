@@ -3,6 +3,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "simulation/light_encoding.hpp"
+
 namespace holdfast::test {
 
 using namespace simulation;
