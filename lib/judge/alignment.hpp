@@ -48,7 +48,8 @@ struct UsualOutline {
   double near = 1;         ///< share of the contour's lines whose edge is next to it
 };
 
-/// Share of the contour's lines whose edge is next to it.
+/// Share of the contour's lines whose edge is next to it; more than the most is where nothing hides it.
+inline constexpr double kMostNear = 0.85;
 double near_share(const Alignment& alignment);
 
 /// How well each of them fits, 1 where it does as usual.

@@ -39,9 +39,8 @@ constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3, 
 /// not show it.
 constexpr double kSureSnapshot = 0.8;
 constexpr int kMostWithoutOutline = 10;
-/// Share of the lines whose edge is next to the contour where nothing hides it; of the usual score, where colours tell
-/// nothing.
-constexpr double kMostNear = 0.85, kUsualOutline = 0.8;
+/// Share of the usual score where nothing hides the outline and colours tell nothing.
+constexpr double kUsualOutline = 0.8;
 /// Usual share of the lines whose edge is next to the contour that must be found again.
 constexpr double kFoundNear = 0.87;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
@@ -212,8 +211,7 @@ bool is_held_by_snapshot(const Alignment& a, const AcceptanceContext& context) {
 }
 
 bool shows_all(const Alignment& a, const UsualOutline& usual) {
-  if (a.has_contour && usual.contour_score > kTellingScore)
-    return a.contour.sums.near > kMostNear * a.contour.sums.lines;
+  if (a.has_contour && usual.contour_score > kTellingScore) return near_share(a) > kMostNear;
   return outline_score(a, usual) > kUsualOutline;
 }
 

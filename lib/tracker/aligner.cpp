@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.hpp"
 #include "solve/covariance.hpp"
+#include "tracker/hidden_motions.hpp"
 
 namespace holdfast {
 namespace {
@@ -32,14 +33,6 @@ constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
-/// Share of the contour's information, all directions together, below which it hardly shows a motion that texture
-/// does not show at all; of a can's turn it has up to 0.007.
-constexpr double kHardly = 0.016;
-/// Reliability of texture from which what it does not show is believed not to show.
-constexpr double kTelling = 0.5;
-/// Share of the outline's information, all motions together, below which it does not show a turn: of the turn of cans,
-/// bottles and tubes about their axis it has 0.0001 to 0.0016, of any turn of boxes, loaves and figures 0.0014 or more.
-constexpr double kFaint = 0.0018;
 /// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
 /// information: of a can's turn the outline has less, and that only from its facets.
 constexpr double kSnapshotTurn = 0.01;
@@ -63,44 +56,6 @@ std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) 
   const auto side = static_cast<std::size_t>(2 * (tuning.search_radius + 1) + 1);
   const Level& coarse = levels[std::min<std::size_t>(1, levels.size() - 1)];
   return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
-}
-
-/// Forgets what the contour tells of motions that the texture does not show and the contour hardly: rims of round
-/// things seem to tell of their turn where they are cut into facets and pixels.
-NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn) {
-  const Matrix6 B = to_camera_axes(T_drawn);
-  if (texture.reliability < kTelling) return contour;  // texture that passes by chance shows nothing of any motion
-  for (int i = 0; i < texture.unobservable.count; ++i) {
-    const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
-    const Twist told = contour.A * motion;
-    const double information = motion.dot(told);
-    if (information <= 0 || information > kHardly * contour.A.trace()) continue;
-    contour.h -= told * (motion.dot(contour.h) / information);
-    contour.A -= told * told.transpose() / information;
-  }
-  return contour;
-}
-
-/// Forgets what the outline tells of turns that it hardly shows: rims of round things seem to tell of their turn where
-/// they are cut into facets and pixels.
-NormalEquations without_faint_turns(NormalEquations outline) {
-  const double trace = outline.A.trace();
-  if (trace <= 0) return outline;
-  const Eigen::Matrix3d places = outline.A.topLeftCorner<3, 3>() + 1e-9 * trace * Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d along = -places.ldlt().solve(outline.A.topRightCorner<3, 3>());
-  const Eigen::Matrix3d turns = outline.A.bottomRightCorner<3, 3>() + outline.A.bottomLeftCorner<3, 3>() * along;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turns);
-  for (int i = 0; i < 3; ++i) {
-    if (solver.eigenvalues()(i) > kFaint * trace) break;
-    Twist motion;
-    motion << along * solver.eigenvectors().col(i), solver.eigenvectors().col(i);
-    const Twist told = outline.A * motion;
-    const double information = motion.dot(told);
-    if (information <= 0) continue;
-    outline.h -= told * (motion.dot(outline.h) / information);
-    outline.A -= told * told.transpose() / information;
-  }
-  return outline;
 }
 
 /// Little on an object that has a gradient is as likely shade, or what is in front of it.
@@ -415,40 +370,6 @@ void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const Tra
   } else {
     alignment.covariance = symmetric_inverse(others);
   }
-}
-
-Alignment Aligner::align_once(const Pose& T_start, const TrackingState& state) {
-  Alignment alignment;
-  alignment.T_camera_object = T_start;
-  alignment.imaging = state.imaging;
-  {
-    const Stopwatch watch(times_.filter);
-    image_.enqueue_blur(0, grown(view_.bounds(T_start), filter_.radius() + 4));
-    device_.queue.flush();
-  }
-  if (!draw(T_start, 0, 1, state, state.imaging)) return alignment;
-  const Stopwatch watch(times_.solve);
-  texture_.start_level(view_, 0);
-  alignment.texture =
-      texture_.linearize(view_, image_, Pose::Identity(), {0, 0, 1, true, false}, alignment.imaging.texture);
-  alignment.has_texture = true;
-  AlignmentPlan plan;
-  plan.expected = tuning_.expected_motion && state.motion.moving();
-  NormalEquations equations = alignment.texture.equations;
-  if (alignment.texture.sums.rows < 6) return alignment;
-  if (tuning_.expected_motion) equations += prior_equations(T_start, plan, T_start);
-  const Twist y = equations.A.ldlt().solve(equations.h);
-  alignment.solved = y.allFinite() && alignment.texture.reliability > 0;
-  ++solved_systems_;
-  alignment.iterations = 1;
-  if (!alignment.solved) return alignment;
-  alignment.last_step_camera = to_camera_axes(T_start) * y;
-  alignment.T_camera_object = perturbed(T_start, y, extent_);
-  alignment.score = score(alignment, state, state.usual.expected_texture_score());
-  const Matrix6 others = prior_equations(T_start, plan, T_start).A;
-  alignment.covariance = alignment.texture_covariance =
-      texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others);
-  return alignment;
 }
 
 Aligner::Fit Aligner::fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across) {

@@ -24,6 +24,8 @@ constexpr double kSearchTurn = 0.35;
 constexpr double kMostWork = 3, kLeastMs = 6;
 /// Inlier ratio of texture that needs no help in the first frame.
 constexpr double kClearRatio = 0.7;
+/// Of so many frames in which an object of unknown appearance is lost, one looks for it by its snapshots.
+constexpr int kSnapshotsEvery = 4;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
 constexpr double kLeads = 0.5;
 
@@ -53,8 +55,11 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
       if (searches_by_texture(state_) && !(outline && state_.motion.misses() % 2 == 0)) {
         relocalize(prior_, best);
       } else if (outline) {
-        if (!album_.empty()) relocalize_by_snapshots(prior_, best);
-        if (!held(best)) relocalize_by_outline(best);
+        if (!album_.empty() && state_.motion.misses() % kSnapshotsEvery == kSnapshotsEvery - 1) {
+          relocalize_by_snapshots(prior_, best);
+        } else {
+          relocalize_by_outline(best);
+        }
       }
     }
     look_for_print(best);

@@ -14,8 +14,6 @@ constexpr double kTextureMemory = 0.5, kRatioMemory = 0.02, kTrustMemory = 0.1, 
 /// Frames between learning the contour's colours where texture leads; misses after which they are of other
 /// surroundings.
 constexpr int kColorsEvery = 8, kMostContourMisses = 3;
-/// Share of the lines whose edge is next to the contour where nothing hides it.
-constexpr double kMostNear = 0.85;
 /// How fast the contour's excess follows what each frame says, how much that is at most, and its bounds.
 constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
 /// Share of the view's gradients that light may make to be drawn, and what of that it must be below to be drawn again.
@@ -173,10 +171,9 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   ++state_.frames_since_colors;
   bool learns = false;
   if (alignment.has_contour) {
-    const ContourSums& sums = alignment.contour.sums;
     // Colours that fade as the light moves must be learned as long as their edges are where they should be.
     const bool fits =
-        sums.near > kMostNear * sums.lines || alignment.contour.score() > kUsualShare * usual.expected_contour_score();
+        near_share(alignment) > kMostNear || alignment.contour.score() > kUsualShare * usual.expected_contour_score();
     state_.contour_misses = fits || !texture_as_usual ? 0 : state_.contour_misses + 1;
     learns = fits;
   } else {
