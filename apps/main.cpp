@@ -1,4 +1,6 @@
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -78,12 +80,15 @@ std::string did_you_mean(const std::string& given, const std::vector<std::string
 std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
   const std::vector<std::string> remaining = command.remaining();
   const auto unknown = std::find_if(remaining.begin(), remaining.end(),
-                                    [](const std::string& argument) { return argument.starts_with("--"); });
+                                    [](const std::string& argument) { return argument.starts_with("-"); });
   const int code = error.get_exit_code();
   const bool follows =
       code == static_cast<int>(CLI::ExitCodes::ExtrasError) || code == static_cast<int>(CLI::ExitCodes::RequiredError);
   if (!follows || unknown == remaining.end()) {
-    return error.what();
+    if (code != static_cast<int>(CLI::ExitCodes::ExtrasError) || remaining.empty()) return error.what();
+    return fmt::format("'{}' is one argument too many: a pattern of images needs quotes, 'frames/*.png', and a name "
+                       "with blanks too",
+                       *std::min_element(remaining.begin(), remaining.end()));
   }
   const std::string name = unknown->substr(0, unknown->find('='));
   std::vector<std::string> names;
@@ -99,18 +104,19 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
   }
   const auto subcommands = app.get_subcommands();
   const std::vector<std::string> remaining = app.remaining();
-  if (subcommands.empty() && !remaining.empty()) {
+  if (subcommands.empty()) {
     std::vector<std::string> commands;
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
       commands.push_back(command->get_name());
     }
-    holdfast::app::print_error("there is no command '" + remaining.front() + "'" +
-                               did_you_mean(remaining.front(), commands) + " (see 'holdfast --help')");
+    holdfast::app::print_error(
+        (remaining.empty() ? fmt::format("a command is missing: {}", fmt::join(commands, ", "))
+                           : "there is no command '" + remaining.front() + "'" + did_you_mean(remaining.front(), commands)) +
+        " (see 'holdfast --help')");
     return holdfast::app::kUsage;
   }
-  const CLI::App& command = subcommands.empty() ? app : *subcommands.front();
-  holdfast::app::print_error(message_of(command, error) + " (see 'holdfast " +
-                             (subcommands.empty() ? "" : command.get_name() + " ") + "--help')");
+  const CLI::App& command = *subcommands.front();
+  holdfast::app::print_error(message_of(command, error) + " (see 'holdfast " + command.get_name() + " --help')");
   return holdfast::app::kUsage;
 }
 

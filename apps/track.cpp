@@ -77,6 +77,15 @@ Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
   return estimated.camera;
 }
 
+void TrackCommand::require_start(const Mesh& mesh) const {
+  std::error_code unknown;
+  if (mesh.has_appearance() || !init.path.empty() || !guide.empty() || fs::exists(remembered, unknown)) return;
+  throw Error(ErrorCode::model,
+              fmt::format("model '{}' has neither texture nor vertex colours to be recognized by: give its first pose "
+                          "(--init; 'holdfast init' finds it from points), or a guide, about how it is held (--guide){}",
+                          model.path.string(), camera.path.empty() ? ", and the camera (--camera)" : ""));
+}
+
 int TrackCommand::run() const {
   const TrackerOptions options = tracker.options();
   std::vector<fs::path> results = outputs.given();
@@ -105,6 +114,7 @@ int TrackCommand::run() const {
       std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
   Mesh mesh = model.load(completed_model.empty());
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
+  require_start(mesh);
   const Camera calibrated = camera_of(source, mesh);
   warn_about_units(mesh, T_camera_object, calibrated);
   if (T_camera_object) require_in_front(mesh, *T_camera_object);
@@ -139,13 +149,8 @@ int TrackCommand::run() const {
     }
     if (recovers) loss_search.emplace(recognize);
   }
-  std::optional<detection::SightLearner> learner;
-  if (!remembered.empty()) {
-    learner.emplace(mesh, calibrated, recognition().drawn_features(mesh), recognition().seen_features(mesh));
-  }
-  const bool textured = mesh.has_appearance();
-  bool sure = true;
-  const std::size_t remembered_before = learner ? learner->seen().count() : 0;
+  std::optional<Memory> memory;
+  if (!remembered.empty()) memory.emplace(mesh, calibrated, recognition());
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
@@ -210,9 +215,7 @@ int TrackCommand::run() const {
       started = false;
     }
     look(tracked);
-    // Without texture one that was lost may have been found turned into another of its symmetries.
-    sure = textured || (sure && (!started || tracked.result.status == Status::held));
-    if (learner && started && sure) learner->look(tracker_view(tracked.frame.image, grey), tracked.result);
+    if (memory && started) memory->look(tracker_view(tracked.frame.image, grey), tracked.result);
     if (window) window->update([&] { return interruption.requested(); });
   };
   parts.write = [&](TrackedFrame& tracked) {
@@ -238,9 +241,7 @@ int TrackCommand::run() const {
     }
   };
   attempt([&] { files.finish(summary); });
-  if (learner && learner->seen().count() > remembered_before) {
-    attempt([&] { learner->seen().save(remembered); });
-  }
+  if (memory) attempt([&] { memory->save(); });
   if (completion) {
     attempt([&] {
       io::save_model(completed_model, completion->model());

@@ -49,6 +49,9 @@ TEST_CASE("Every convention's pose is told as that") {
   given.linear() = truth.linear();
   CHECK(said(given).find("translation still in OpenGL's axes") != std::string::npos);
   CHECK(said(truth.inverse()).find("as camera to object (invert it)") != std::string::npos);
+  given = truth;
+  given.linear().transposeInPlace();
+  CHECK(said(given).find("rotation transposed") != std::string::npos);
   given.linear() = truth.linear() * Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX());
   given.translation() = truth.translation();
   CHECK(said(given).find("y up where this one has z") != std::string::npos);
@@ -71,7 +74,7 @@ TEST_CASE("An object behind the camera is refused with what may be meant") {
   CHECK_NOTHROW(require_in_front(box(), some_pose()));
   Pose behind = some_pose();
   behind.translation().z() = -0.6;
-  CHECK_ERROR(require_in_front(box(), behind), ErrorCode::pose, "behind the camera", "OpenGL");
+  CHECK_ERROR(require_in_front(box(), behind), ErrorCode::pose, "behind the camera", "OpenGL", "invert it");
 }
 
 TEST_CASE("The distance of a point to a box") {

@@ -5,6 +5,7 @@
 
 #include "holdfast/error.hpp"
 #include "slow_notice.hpp"
+#include "track/output_file.hpp"
 
 namespace holdfast::app {
 
@@ -112,6 +113,26 @@ void LossSearch::look(Tracker& tracker, const ImageView& frame, double time_s, F
     lost_ = 0;
   }
   result.ms.total = tracked_ms + milliseconds_since(begin);
+}
+
+Memory::Memory(const Mesh& mesh, const Camera& camera, const Recognition& how)
+    : path_(how.remembered),
+      learner_(mesh, camera, how.drawn_features(mesh), how.seen_features(mesh)),
+      textured_(mesh.has_appearance()) {
+  require_writable(path_);
+}
+
+bool Memory::look(const ImageView& frame, const FrameResult& result) {
+  sure_ = textured_ || (sure_ && result.status == Status::held);
+  const bool learned = sure_ && learner_.look(frame, result);
+  changed_ = changed_ || learned;
+  return learned;
+}
+
+void Memory::save() {
+  if (!changed_) return;
+  learner_.seen().save(path_);
+  changed_ = false;
 }
 
 }  // namespace holdfast::app

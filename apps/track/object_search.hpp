@@ -78,4 +78,27 @@ class LossSearch {
   std::int64_t lost_ = 0;  ///< frames in a row
 };
 
+/// Keeps in a file what frames show of the object, so that it is recognized next time.
+class Memory {
+ public:
+  /// What `how.remembered` holds already is added to. Throws as Recognition::seen_features() and
+  /// detection::SightLearner, Error(output) where the file cannot be written.
+  Memory(const Mesh& mesh, const Camera& camera, const Recognition& how);
+
+  /// After a frame since the object was first found: true where the frame has shown a side that was not known yet.
+  /// Throws as detection::SightLearner::look().
+  bool look(const ImageView& frame, const FrameResult& result);
+  /// The next pose is known whatever was lost before.
+  void begin() { sure_ = true; }
+  /// Writes the file, where anything was learned since. Throws Error(output).
+  void save();
+
+ private:
+  std::filesystem::path path_;
+  detection::SightLearner learner_;
+  bool textured_;
+  bool sure_ = true;  ///< without texture one that was lost may be found turned into another of its symmetries
+  bool changed_ = false;
+};
+
 }  // namespace holdfast::app

@@ -29,11 +29,14 @@ std::vector<PoseReading> other_readings(const Pose& T) {
   Pose moved = T;
   moved.translation() = flip * T.translation();
   const Pose inverse = T.inverse();
+  Pose transposed = T;
+  transposed.linear().transposeInPlace();
   return {{"in OpenGL's axes, y up and z backwards (negate its second and third row)", turned(T, flip, none, true)},
           {"with its rotation still in OpenGL's axes (negate the rotation's second and third row)",
            turned(T, flip, none, false)},
           {"with its translation still in OpenGL's axes (negate y and z of the translation)", moved},
           {"as camera to object (invert it)", inverse},
+          {"with its rotation transposed (exchange its rows and columns)", transposed},
           {"as camera to object in OpenGL's axes (invert it, then negate its second and third row)",
            turned(inverse, flip, none, true)},
           {"upside down (turn it by 180 degrees about the camera's axis)",
@@ -47,14 +50,20 @@ std::vector<PoseReading> other_readings(const Pose& T) {
 void require_in_front(const Mesh& mesh, const Pose& T_camera_object) {
   const Eigen::Vector3d center = T_camera_object * mesh.center();
   if (center.z() > 0) return;
+  // The rotation's readings change no distance; of those that share a place the first one is named.
   std::string meant;
+  std::vector<Eigen::Vector3d> places;
   for (const PoseReading& reading : other_readings(T_camera_object)) {
-    if (meant.empty() && (reading.T_camera_object * mesh.center()).z() > 0) meant = reading.name;
+    const Eigen::Vector3d place = reading.T_camera_object * mesh.center();
+    const auto same = [&](const Eigen::Vector3d& other) { return place.isApprox(other); };
+    if (places.size() == 2 || place.z() <= 0 || std::any_of(places.begin(), places.end(), same)) continue;
+    places.push_back(place);
+    meant += (meant.empty() ? ": is it " : ", or ") + reading.name;
   }
   throw Error(ErrorCode::pose,
               fmt::format("the first pose puts the object behind the camera (z = {:.3g} m; x is right, y down, z "
                           "forward){}",
-                          center.z(), meant.empty() ? "" : ": is it " + meant + "?"));
+                          center.z(), meant.empty() ? "" : meant + "?"));
 }
 
 std::string lost_start(const FrameResult& first) {

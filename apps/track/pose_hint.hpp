@@ -18,7 +18,7 @@ struct PoseReading {
 };
 
 /// The pose that the numbers mean in other programs' conventions: OpenGL's axes, whole or half converted, camera to
-/// object, a model with another axis up.
+/// object, a rotation by columns, a model with another axis up.
 std::vector<PoseReading> other_readings(const Pose& T_camera_object);
 
 /// Throws Error(pose), with what may have been meant, where the object is not in front of the camera.

@@ -92,7 +92,7 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
 }
 
 std::string summary_text(const RunSummary& summary) {
-  std::string text = fmt::format("{} frames{}: {} held, {} lost\n", summary.frames,
+  std::string text = fmt::format("{} frame{}{}: {} held, {} lost\n", summary.frames, summary.frames == 1 ? "" : "s",
                                  summary.complete ? "" : " (ended early)", summary.held, summary.lost);
   if (summary.frames == 0) {
     return text;

@@ -43,6 +43,8 @@ struct TrackCommand {
   void check(const CLI::App& command) const;
   FrameSourceOptions source_options() const;
   Recognition recognition() const { return {views, remembered, device.options, quiet}; }
+  /// Throws Error(model) for a model that nothing tells the first pose of.
+  void require_start(const Mesh& mesh) const;
   /// The camera that the file tells, or one whose focal length is estimated from the frames.
   Camera camera_of(FrameSource& source, const Mesh& mesh) const;
   /// The run's description, a JSON object's text.

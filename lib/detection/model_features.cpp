@@ -94,7 +94,7 @@ std::shared_ptr<const ModelFeatures::Data> read_model(const Mesh& mesh) {
   if (!mesh.has_appearance()) {
     throw Error(ErrorCode::model,
                 "the model has neither texture nor vertex colours to recognize it by: give a first pose or a guide, or "
-                "a texture ('holdfast bake' makes one from frames with poses)");
+                "a texture ('holdfast bake' makes one from a video)");
   }
   const auto data = std::make_shared<ModelFeatures::Data>();
   data->hash = model_hash(mesh);

@@ -68,8 +68,7 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
   if (camera && (camera->width > kWidest * camera->fx || camera->height > kWidest * camera->fy)) {
     return fmt::format(
         "the focal length is only {:.3g} pixels, for pictures of {}x{}: is it in millimetres? in pixels it is that "
-        "over "
-        "the sensor's width, times the picture's",
+        "over the sensor's width, times the picture's",
         camera->fx, camera->width, camera->height);
   }
   const double size = extent(mesh);
@@ -80,8 +79,10 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
   const bool plausible = apparent && *apparent > kApparentSmallest && *apparent < kApparentLargest;
   if (size > kLargest && !(plausible && size < kLargestSeen)) {
     const Unit unit = likely_unit(size, kTypical);
-    return fmt::format("the object is {:.3g} m across: are its coordinates {}? pass --model-scale {}", size, unit.name,
-                       unit.scale);
+    return fmt::format(
+        "the object is {:.3g} m across: are its coordinates {}? pass --model-scale {} (times the scale that was given, "
+        "if any)",
+        size, unit.name, unit.scale);
   }
   if (size < kSmallest) {
     return fmt::format(
@@ -110,7 +111,7 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
     const Unit unit = likely_unit(*apparent, kApparentTypical);
     return fmt::format(
         "the object is {:.3g} m across but only {:.3g} m away, {:.0f} times as wide as the picture: are its "
-        "coordinates {}? pass --model-scale {}",
+        "coordinates {}? pass --model-scale {} (times the scale that was given, if any)",
         size, distance, *apparent, unit.name, unit.scale);
   }
   return std::nullopt;

@@ -111,3 +111,36 @@ def test_wrong_arguments_are_named(tracker, frames, simulation):
     with pytest.raises(holdfast.Error, match="behind") as raised:
         tracker.find(frames[0], guide=behind)
     assert raised.value.code == holdfast.ErrorCode.pose
+
+
+def test_what_a_run_remembers_starts_the_next_one(box, big_camera, device, tmp_path):
+    """The print is on the object, not in the model; the file of the program and of the package is the same."""
+    shown = holdfast.Simulation(box, big_camera, frames=6, samples=2, seed=3, motion={"speed": 2.0})
+    shape, path = (box.vertices, box.faces), tmp_path / "box.seen"
+
+    def tracker():
+        made = holdfast.Tracker(shape, big_camera, device=device)
+        made.remember(path)
+        return made
+
+    first = tracker()
+    with pytest.raises(holdfast.Error, match="texture"):
+        first.find(shown[0].image)
+    assert not path.exists()
+    first.reset(shown.poses[0])
+    assert all(first.track(shown[i].image).held for i in range(len(shown)))
+    assert 1000 < path.stat().st_size < 200_000
+
+    found = tracker().find(shown[5].image)
+    assert found.held and is_right(shown.poses[5], found.T_camera_object, 0.01, 3)
+    # What is learned counts at once: after a loss, say.
+    assert first.find(shown[2].image).held
+
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(holdfast.Error, match="damaged") as raised:
+        tracker()
+    assert raised.value.code == holdfast.ErrorCode.file
+    with pytest.raises(holdfast.Error, match="nowhere") as raised:
+        first.remember(tmp_path / "nowhere" / "box.seen")
+    assert raised.value.code == holdfast.ErrorCode.output

@@ -44,7 +44,10 @@ def as_camera(camera: Any) -> Camera:
         return camera
     if isinstance(camera, (str, os.PathLike)):
         return Camera.load(camera)
-    raise TypeError(f"camera: expected a Camera or a file name, got {type(camera).__name__}")
+    raise TypeError(
+        f"camera: expected a Camera or a file name, got {type(camera).__name__}; of a 3x3 matrix: "
+        "Camera.from_matrix(matrix, width, height)"
+    )
 
 
 def _trimesh_arrays(model: Any) -> dict[str, Any]:

@@ -35,7 +35,9 @@ PixelFormat format_by_channels(int channels, const std::string& name, nb::handle
     case 4:
       return PixelFormat::rgba8;
     default:
-      refuse_value(name + ": expected shape HxWx3, HxWx4 or HxW, got " + described(value));
+      refuse_value(name + ": expected shape HxWx3, HxWx4 or HxW, got " + described(value) +
+                   (nb::cast<int>(value.attr("shape")[0]) <= 4 ? "; numpy.moveaxis(frame, 0, 2).copy() puts channels last"
+                                                               : ""));
   }
 }
 
@@ -66,7 +68,9 @@ std::vector<double> numbers_argument(nb::handle value, const char* name, int row
     nb::object converted = numpy.attr("ascontiguousarray")(value, numpy.attr("float64"));
     array = nb::cast<Numbers>(converted);
   } catch (const nb::python_error&) {
-    refuse_type(std::string(name) + ": expected numbers, got " + described(value));
+    const bool text = nb::isinstance<nb::str>(value) || nb::hasattr(value, "__fspath__");
+    refuse_type(std::string(name) + ": expected numbers, got " + described(value) +
+                (text ? "; load_pose() and load_poses() read files" : ""));
   }
   const auto fits = [](std::size_t size, int wanted) { return wanted < 0 || size == static_cast<std::size_t>(wanted); };
   if (array.ndim() != 2 || !fits(array.shape(0), rows) || !fits(array.shape(1), columns)) {
@@ -87,7 +91,7 @@ Pose pose_argument(nb::handle value, const char* name) {
     }
   }
   if (!upper && !std::equal(numbers.begin() + 12, numbers.end(), std::begin({0.0, 0.0, 0.0, 1.0}))) {
-    refuse_value(std::string(name) + ": the last row of a pose must be 0 0 0 1");
+    refuse_value(std::string(name) + ": the last row of a pose must be 0 0 0 1 (is the matrix transposed?)");
   }
   return pose;
 }
@@ -95,11 +99,16 @@ Pose pose_argument(nb::handle value, const char* name) {
 FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format) {
   FrameArgument frame;
   if (!nb::try_cast(value, frame.array, false)) {
-    refuse_type(std::string(name) + ": expected a numpy array of uint8, got " + described(value));
+    const char* hint = value.is_none()                   ? " (the end of the video?)"
+                       : nb::hasattr(value, "image")     ? ": pass its image"
+                       : nb::isinstance<nb::str>(value) ? ": Video() reads files"
+                                                         : "";
+    refuse_type(std::string(name) + ": expected a numpy array of uint8, got " + described(value) + hint);
   }
   const nb::ndarray<nb::ro>& array = frame.array;
   if (array.dtype() != nb::dtype<std::uint8_t>() || array.device_type() != nb::device::cpu::value) {
-    refuse_type(std::string(name) + ": expected uint8 in main memory, got " + described(value));
+    refuse_type(std::string(name) + ": expected uint8 in main memory, got " + described(value) +
+                "; numbers from 0 to 1 are converted by (255 * frame).astype(numpy.uint8)");
   }
   if (array.ndim() != 2 && array.ndim() != 3) {
     refuse_value(std::string(name) + ": expected shape HxWx3, HxWx4 or HxW, got " + described(value));
@@ -115,7 +124,8 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
   if (!stride) {
     refuse_value(std::string(name) +
                  ": pixels of a row must lie side by side and rows go downwards in memory: " + described(value) +
-                 ", strides " + text_of(value.attr("strides")) + "; pass numpy.ascontiguousarray of it");
+                 ", strides " + text_of(value.attr("strides")) +
+                 "; pass numpy.ascontiguousarray of it (RGB needs no turning round: format=PixelFormat.rgb8)");
   }
   const auto rows = static_cast<int>(array.shape(0));
   frame.view = {static_cast<const std::uint8_t*>(array.data()), static_cast<int>(array.shape(1)),

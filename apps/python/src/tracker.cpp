@@ -1,8 +1,10 @@
 #include "tracker.hpp"
 
+#include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
+#include <filesystem>
 #include <memory>
 #include <new>
 #include <optional>
@@ -12,6 +14,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "holdfast/detection.hpp"
+#include "holdfast/io.hpp"
 #include "texture_argument.hpp"
 #include "tracker_options.hpp"
 
@@ -37,40 +40,86 @@ FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optiona
   return frame;
 }
 
+/// Warns where the object's size or distance cannot be right; `level`: of the caller's frame.
+void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object, const Camera& camera, int level) {
+  std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
+  if (!doubt) return;
+  for (const auto& [option, argument] : {std::pair<std::string, std::string>{"pass --model-scale ", "pass model_scale="},
+                                         {"--model-scale", "model_scale"}}) {
+    if (const std::size_t at = doubt->find(option); at != doubt->npos) doubt->replace(at, option.size(), argument);
+  }
+  if (PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), level) != 0) throw nb::python_error();
+}
+
 void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
                const nb::dict& given, const std::optional<Device>& device) {
   TrackerOptions options = options_of_mode(mode);
   set_fields(options, given);
+  constexpr int by_the_subclass = 2;
+  warn_about_units(mesh, {}, camera, by_the_subclass);
   const nb::gil_scoped_release released;
-  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}};
+  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}, {{}, {}, {}, true}, {}};
 }
 
 void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional<double> time,
            std::optional<PixelFormat> format) {
   const Pose T_camera_object = pose_argument(pose, "T_camera_object");
+  warn_about_units(self.mesh, T_camera_object, self.tracker.camera(), 1);
+  const auto begin = [&self] {
+    if (self.memory) self.memory->begin();
+  };
   if (frame.is_none()) {
-    unlocked(self, [&](Tracker& tracker) { tracker.reset(T_camera_object); });
+    unlocked(self, [&](Tracker& tracker) {
+      tracker.reset(T_camera_object);
+      begin();
+    });
     return;
   }
   const FrameArgument given = frame_of(self, frame, format);
-  unlocked(self, [&](Tracker& tracker) { tracker.reset(T_camera_object, given.view, time); });
+  unlocked(self, [&](Tracker& tracker) {
+    tracker.reset(T_camera_object, given.view, time);
+    begin();
+  });
+}
+
+/// What a frame shows of the object is kept as soon as it is known, and the next search makes use of it.
+void keep_in_mind(SharedTracker& self, const ImageView& frame, const FrameResult& result) {
+  if (!self.memory || !self.memory->look(frame, result)) return;
+  self.memory->save();
+  if (!self.T_guide) self.search.reset();
 }
 
 FrameResult track(SharedTracker& self, nb::object frame, std::optional<double> time,
                   std::optional<PixelFormat> format) {
   const FrameArgument given = frame_of(self, frame, format);
-  return unlocked(self, [&](Tracker& tracker) { return tracker.track(given.view, time); });
+  return unlocked(self, [&](Tracker& tracker) {
+    FrameResult result = tracker.track(given.view, time);
+    keep_in_mind(self, given.view, result);
+    return result;
+  });
 }
 
-/// Looks for the mesh by its texture, or near a guide.
-app::StartSearch search_for(const Mesh& mesh, const Camera& camera, const std::optional<Pose>& T_guide) {
+/// Looks for the mesh by its texture and what is remembered of it, or near a guide.
+app::StartSearch search_for(const SharedTracker& self, const std::optional<Pose>& T_guide) {
+  using By = app::StartSearch::By;
+  const Camera& camera = self.tracker.camera();
   if (T_guide) {
-    const auto near = std::make_shared<const detection::GuideDetector>(mesh, camera, *T_guide);
-    return {[near](const ImageView& frame) { return near->detect(frame); }, app::StartSearch::By::guide, *T_guide};
+    const auto near = std::make_shared<const detection::GuideDetector>(self.mesh, camera, *T_guide);
+    return {[near](const ImageView& frame) { return near->detect(frame); }, By::guide, *T_guide};
   }
-  const auto anywhere =
-      std::make_shared<const detection::Detector>(app::Recognition{{}, {}, {}, true}.features(mesh), camera);
-  return {[anywhere](const ImageView& frame) { return anywhere->detect(frame); }, app::StartSearch::By::texture};
+  const auto anywhere = std::make_shared<const detection::Detector>(self.recognition.features(self.mesh), camera);
+  return {[anywhere](const ImageView& frame) { return anywhere->detect(frame); },
+          self.mesh.has_appearance() ? By::texture : By::sight};
+}
+
+void remember(SharedTracker& self, const std::filesystem::path& path) {
+  app::Recognition recognition = self.recognition;
+  recognition.remembered = path;
+  unlocked(self, [&](Tracker& tracker) {
+    self.memory.emplace(self.mesh, tracker.camera(), recognition);
+    self.recognition = std::move(recognition);
+    self.search.reset();
+  });
 }
 
 std::optional<FrameResult> find(SharedTracker& self, nb::object frame, std::optional<double> time, nb::object guide,
@@ -81,12 +130,13 @@ std::optional<FrameResult> find(SharedTracker& self, nb::object frame, std::opti
   return unlocked(self, [&](Tracker& tracker) -> std::optional<FrameResult> {
     const bool same = self.T_guide ? T_guide && self.T_guide->matrix() == T_guide->matrix() : !T_guide;
     if (!self.search || !same) {
-      self.search.emplace(search_for(self.mesh, tracker.camera(), T_guide));
+      self.search.emplace(search_for(self, T_guide));
       self.T_guide = T_guide;
     }
     if (self.search->found()) self.search->begin();
     const FrameResult result = self.search->look(tracker, given.view, time);
     if (!self.search->found()) return std::nullopt;
+    keep_in_mind(self, given.view, result);
     return result;
   });
 }
@@ -129,9 +179,9 @@ void bind_tracker(nb::module_& module) {
           nb::sig("def reset(self, T_camera_object: numpy.typing.ArrayLike, frame: numpy.typing.NDArray[numpy.uint8] | "
                   "None = None, time: float | None = None, format: PixelFormat | None = None) -> None"),
           "Sets the pose (4x4, object to camera, metres) that the next frame starts from, at rest; forgets velocity "
-          "and light. frame, time, format: of the frame that this is exactly the pose in, where there is one: colours "
+          "and light. Warns where the object cannot be seen whole at this pose. frame, time, format: of the frame that this is exactly the pose in, where there is one: colours "
           "and light are learned from it; see track().")
-      .def("track", &track, nb::arg("frame"), nb::arg("time") = nb::none(), nb::arg("format") = nb::none(),
+      .def("track", &track, nb::arg("frame").none(), nb::arg("time") = nb::none(), nb::arg("format") = nb::none(),
            nb::sig("def track(self, frame: numpy.typing.NDArray[numpy.uint8], time: float | None = None, format: "
                    "PixelFormat | None = None) -> FrameResult"),
            "Finds the object in the next frame.\n\n"
@@ -142,21 +192,31 @@ void bind_tracker(nb::module_& module) {
            "have a time, or none has.\n\n"
            "Raises TypeError or ValueError for an array of another kind or shape, Error(invalid_argument) before the "
            "first reset(). A lost object is no error: see FrameResult.status.")
-      .def("find", &find, nb::arg("frame"), nb::arg("time") = nb::none(), nb::arg("guide") = nb::none(),
+      .def("find", &find, nb::arg("frame").none(), nb::arg("time") = nb::none(), nb::arg("guide") = nb::none(),
            nb::arg("format") = nb::none(),
            nb::sig("def find(self, frame: numpy.typing.NDArray[numpy.uint8], time: float | None = None, guide: "
                    "numpy.typing.ArrayLike | None = None, format: PixelFormat | None = None) -> FrameResult | None"),
            "Looks for the object without a pose to start from: the frame's result where it is found, and track() goes "
            "on from there; None where it is not, and the tracker is as it was.\n\n"
            "A model with texture or colours is found anywhere in the picture, from any side. What it looks like from "
-           "all sides is drawn in the first call, which takes seconds, and kept in the cache folder.\n"
+           "all sides is drawn in the first call, which takes seconds, and kept in the cache folder. One without is "
+           "found by what remember() has kept of it.\n"
            "guide: a pose (4x4, object to camera, metres) about as the object is held, to 20 degrees, a fifth of its "
            "distance and a quarter of the picture; needs no texture. It must be seen in three frames in a row, so that "
            "the first two of them are None; the tracker forgets what it has learned when it is seen.\n"
            "frame, time, format: see track().\n\n"
-           "Raises Error(model) for a model without look or features where there is no guide, Error(pose) for a guide "
-           "behind the camera or out of the picture.")
-      .def("refine", &refine, nb::arg("frame"), nb::arg("T_camera_object"), nb::arg("format") = nb::none(),
+           "Raises Error(model) for a model without look or features where there is no guide and nothing is "
+           "remembered, Error(pose) for a guide behind the camera or out of the picture.")
+      .def("remember", &remember, nb::arg("path"),
+           nb::sig("def remember(self, path: str | os.PathLike) -> None"),
+           "Keeps in this file what frames show of the object from now on, and makes find() look for it: an object "
+           "whose model has no texture, or another one than today, is recognized in the next run, or in this one "
+           "after a loss. What the file holds already is added to; it is written whenever a held frame has shown a "
+           "side that was not known, at most 1.7 MB in all. Such a frame takes a tenth of a second longer. Of a model "
+           "without texture nothing is learned between a loss and the next reset().\n\n"
+           "Raises Error(file) for a file that is damaged or of another model, Error(output) for one that cannot be "
+           "written.")
+      .def("refine", &refine, nb::arg("frame").none(), nb::arg("T_camera_object"), nb::arg("format") = nb::none(),
            nb::sig("def refine(self, frame: numpy.typing.NDArray[numpy.uint8], T_camera_object: "
                    "numpy.typing.ArrayLike, format: PixelFormat | None = None) -> FrameResult"),
            "As track(), from the pose given (4x4, metres), without prediction or search. What track() finds next stays "

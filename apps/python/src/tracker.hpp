@@ -17,6 +17,8 @@ struct SharedTracker {
   mutable std::mutex mutex;
   std::optional<app::StartSearch> search;  ///< made by the first find()
   std::optional<Pose> T_guide;             ///< that it is made for
+  app::Recognition recognition;            ///< with the file of remember()
+  std::optional<app::Memory> memory;       ///< made by remember()
 };
 
 /// Runs `work` on the tracker without the interpreter's lock.

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
@@ -79,6 +80,12 @@ void bind_video(nb::module_& module) {
       .def(
           "__iter__", [](nb::object self) { return self; }, nb::sig("def __iter__(self) -> Video"))
       .def("__next__", &next_frame)
+      .def("__repr__",
+           [](const FrameSource& source) {
+             const auto count = source.frame_count();
+             return fmt::format("<Video of {}x{} pixels, {} frames>", source.size().width, source.size().height,
+                                count ? std::to_string(*count) : "unknown");
+           })
       .def_prop_ro(
           "width", [](const FrameSource& source) { return source.size().width; }, "Pixels.")
       .def_prop_ro(
