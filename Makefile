@@ -2,7 +2,8 @@
 # make demo       installs what is missing, builds, tracks a hand-held box through a recorded video: out/demo
 # make test       installs what is missing, then format check, build with warnings as errors, all tests
 # make sanitize   the tests again with ASan and UBSan, threads with TSan; make fuzz: FUZZ_SECONDS (60) of made-up input for each reader
-# make endurance  500 starts in a row in a large environment; 50,000 frames, over which memory must stay flat
+# make endurance  500 starts in a row in a large environment; 50,000 frames, over which memory must stay flat, and
+#                 10,000 calls from Python
 # make bench      installs what is missing, then measures: out/bench/report.txt, result.json and plots; compared with
 #                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
 #                 tables and plots of docs/results/performance.md)
@@ -126,8 +127,10 @@ fuzz:
 
 endurance:
 	@sh cmake/install-deps.sh build test
-	@$(MAKE) --no-print-directory all
+	@$(MAKE) --no-print-directory all python
 	@python3 -B tests/endurance/run.py $(release)/apps/holdfast out/endurance
+	@HOLDFAST_CALLS=10000 PYTHONPATH=build/python/python $(venv)/bin/python -B -m pytest -q -s -p no:cacheprovider \
+	  tests/python/test_tracker.py -k memory_stays
 
 bench:
 	@sh cmake/install-deps.sh build bench

@@ -217,3 +217,25 @@ def test_models_and_cameras_of_no_known_kind(box, camera):
         holdfast.Tracker(3, camera)
     with pytest.raises(TypeError, match="camera.*tuple"):
         holdfast.Tracker(box, (500, 500))
+
+
+def test_units_that_cannot_be_right_are_warned_of(tracker, box, camera, device, simulation):
+    with pytest.warns(UserWarning, match="millimetres.*model_scale=0.001"):
+        holdfast.Tracker((1000 * box.vertices, box.faces), camera, device=device)
+    far = simulation.poses[0].copy()
+    far[:3, 3] *= 1000
+    with pytest.warns(UserWarning, match="too small to see.*millimetres"):
+        tracker.reset(far)
+
+
+def test_a_video_that_ends_early_is_warned_of(program, box, simulation, tmp_path):
+    simulation.save(tmp_path)
+    box.save(tmp_path / "box.obj")
+    holdfast.save_pose(tmp_path / "pose.txt", simulation.poses[0])
+    program("track", tmp_path / "frames", "--model", tmp_path / "box.obj", "--camera", tmp_path / "K.txt",
+            "--init", tmp_path / "pose.txt", "--overlay", tmp_path / "whole.mkv", "--quiet")  # fmt: skip
+    whole = (tmp_path / "whole.mkv").read_bytes()
+    (tmp_path / "cut.mkv").write_bytes(whole[: len(whole) // 2])
+    with pytest.warns(UserWarning, match="cut.mkv.*cut short"):
+        frames = list(holdfast.Video(tmp_path / "cut.mkv"))
+    assert 0 < len(frames) < len(simulation)

@@ -43,7 +43,11 @@ Frame next_frame(FrameSource& source) {
     const nb::gil_scoped_release released;
     there = source.next(frame);
   }
-  if (!there) throw nb::stop_iteration();
+  if (!there) {
+    const std::optional<std::string> early = source.ended_early();
+    if (early && PyErr_WarnEx(PyExc_UserWarning, early->c_str(), 1) != 0) throw nb::python_error();
+    throw nb::stop_iteration();
+  }
   return frame;
 }
 
@@ -69,7 +73,7 @@ void bind_video(nb::module_& module) {
       .def_ro("time", &Frame::time_s, "Seconds from the input's first frame.");
   nb::class_<FrameSource>(module, "Video",
                           "Iterates over the frames of a video file, an image folder, an image pattern "
-                          "('frames/%06d.png', 'frames/*.png') or a camera's number.")
+                          "('frames/%06d.png', 'frames/*.png') or a camera's number. Warns where the input ends before its time.")
       .def(
           "__init__", &open, nb::arg("input"), nb::arg("start") = 0, nb::arg("stop") = nb::none(),
           nb::arg("stride") = 1, nb::arg("frame_rate") = 0.0,
