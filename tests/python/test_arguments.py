@@ -233,9 +233,9 @@ def test_a_video_that_ends_early_is_warned_of(program, box, simulation, tmp_path
     box.save(tmp_path / "box.obj")
     holdfast.save_pose(tmp_path / "pose.txt", simulation.poses[0])
     program("track", tmp_path / "frames", "--model", tmp_path / "box.obj", "--camera", tmp_path / "K.txt",
-            "--init", tmp_path / "pose.txt", "--overlay", tmp_path / "whole.mkv", "--quiet")  # fmt: skip
-    whole = (tmp_path / "whole.mkv").read_bytes()
-    (tmp_path / "cut.mkv").write_bytes(whole[: len(whole) // 2])
-    with pytest.warns(UserWarning, match="cut.mkv.*cut short"):
-        frames = list(holdfast.Video(tmp_path / "cut.mkv"))
+            "--init", tmp_path / "pose.txt", "--overlay", tmp_path / "whole.avi", "--quiet")  # fmt: skip
+    whole = (tmp_path / "whole.avi").read_bytes()
+    (tmp_path / "cut.avi").write_bytes(whole[: len(whole) // 2])
+    with pytest.warns(UserWarning, match="cut.avi.*cut short"):
+        frames = list(holdfast.Video(tmp_path / "cut.avi"))
     assert 0 < len(frames) < len(simulation)
