@@ -81,11 +81,8 @@ starts:
 	@$(MAKE) --no-print-directory all
 	@python3 -B apps/experiments/starts.py --program $(release)/apps/holdfast --sequences $(SEQUENCES) $(if $(PARTS),--parts $(PARTS))
 
-recovery:
-	@sh cmake/install-deps.sh build experiments
-	@$(MAKE) --no-print-directory all
-	@python3 -B apps/experiments/recovery.py --program $(release)/apps/holdfast --work out/recovery \
-	  --document docs/results/recovery.md
+recovery: python
+	@PYTHONPATH=build/python/python $(venv)/bin/python -B apps/experiments/recovery.py --document docs/results/recovery.md
 
 hazards:
 	@sh cmake/install-deps.sh build experiments

@@ -28,13 +28,12 @@ def command_lines():
     yield from map(tracker_options, trackers.values())
     for changes in scenario["paper-parts"]["options"].values():
         yield tracker_options({**trackers["paper"], **changes})
-    for name in sweeps.OF_TRACKER:
+    for name in sweeps.THRESHOLDS:
         for tracker in sweeps.trackers_of(scenario, name):
-            for value in sweeps.values_of(scenario["sweeps"][name]):
+            for value in sweeps.values_of(scenario["sweeps"]["thresholds"][name]):
                 yield tracker_options({**trackers[tracker], name: "{:.6g}".format(value)})
     robustness = settings(FOLDER / "robustness")
     yield from robustness["ablation"]["parts"].values()
-    yield from (["--mode", mode] for mode in robustness["rings"]["modes"])
     yield ["--no-contour"]
 
 
@@ -46,8 +45,8 @@ def main():
             wrong += 1
             print("{}: {}".format(" ".join(options), done.stderr.strip()))
     scenario = settings(FOLDER)
-    named = {name for names in scenario["runs"].values() for name in names} | set(scenario["fresh"]["trackers"])
-    named |= {name for sweep in sweeps.LABELS for name in sweeps.trackers_of(scenario, sweep)}
+    named = {name for names in scenario["runs"].values() for name in names}
+    named |= {name for sweep in [*sweeps.LABELS, *sweeps.THRESHOLDS] for name in sweeps.trackers_of(scenario, sweep)}
     for name in sorted(named - set(scenario["trackers"])):
         wrong += 1
         print("scenario.toml: there is no tracker '{}'".format(name))

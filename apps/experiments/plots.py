@@ -47,7 +47,7 @@ def shade(axes, rows):
 def errors_over_time(runs, scenario, images, cut=(25.0, 6.0)):
     """A picture a scene for the first seed: a line a tracker, position at the left, orientation at the right."""
     for scene in scenario["scenes"]:
-        trackers = [t for t in scenario["runs"][scene] if not t.endswith(("-channels", "-redundancy"))]
+        trackers = [t for t in scenario["runs"][scene] if not t.endswith("-channels")]
         figure, grid = plt.subplots(len(trackers), 2, sharex=True, figsize=(11, 1.75 * len(trackers) + 0.4), squeeze=False)
         for (position, turn), tracker in zip(grid, trackers):
             rows = runs[scene, tracker].frames()[0]
@@ -70,14 +70,14 @@ def errors_over_time(runs, scenario, images, cut=(25.0, 6.0)):
         grid[0, 1].legend(loc="upper left", fontsize=7, ncol=3)
         for axes in grid[-1]:
             axes.set_xlabel("frame")
-        figure.suptitle("{}, seed 1: errors (grey: share of the box that is hidden; red: reported lost)".format(
+        figure.suptitle("{}, the first seed: errors (grey: share of the box that is hidden; red: reported lost)".format(
             scenario["scenes"][scene]["title"]), fontsize=10)
         figure.tight_layout()
         figure.savefig(images / "errors_{}.png".format(scene), dpi=DPI)
         plt.close(figure)
 
 
-def sweep(path, label, curves, logarithmic=False, mark=None):
+def sweep(path, label, curves):
     """`curves`: by tracker, (value, shares in per cent a seed, median errors in mm a seed)."""
     figure, (success, error) = plt.subplots(1, 2, figsize=(9, 2.9))
     for name, points in curves.items():
@@ -90,12 +90,9 @@ def sweep(path, label, curves, logarithmic=False, mark=None):
             line, = axes.plot(at, middle, marker="o", ms=4, label=name)
             axes.fill_between(at, low, high, color=line.get_color(), alpha=0.2, lw=0)
     for axes in (success, error):
-        if logarithmic:
-            axes.set_xscale("log")
-            axes.set_xticks(at, ["{:.3g}".format(value) for value in at])
-            axes.minorticks_off()
-        if mark is not None:
-            axes.axvline(mark, color="0.5", lw=0.8, ls="--")
+        axes.set_xscale("log")
+        axes.set_xticks(at, ["{:.3g}".format(value) for value in at])
+        axes.minorticks_off()
         axes.set_xlabel(label)
         axes.grid(alpha=0.3)
     success.set_ylim(-3, 103)

@@ -33,9 +33,9 @@ def table_of_steps(run, peers):
 
 
 def recorded(work, folder, peers):
-    sequences = folders_below(folder)
+    sequences = [sequence for sequence in folders_below(folder) if sequence.name in peers["sequences"]]
     if not sequences:
-        sys.exit("experiments: {} holds no sequences with poses_gt.txt".format(folder))
+        sys.exit("experiments: {} holds none of {}".format(folder, ", ".join(peers["sequences"])))
     models = []
     for model in sorted((folder / "models").glob("*/model.obj")):
         models += ["--model", "{}={}".format(model.parent.name, model)]
@@ -57,6 +57,6 @@ def tables(work, folder):
     rows = []
     for evaluation in run.evaluations():
         name = evaluation["sequence"]
-        rows.append([name, table_row(evaluation["summary"]), *peers["sequences"].get(name, [""] * len(peers["systems"]))])
+        rows.append([name, table_row(evaluation["summary"]), *peers["sequences"][name]])
     text = table(["sequence", "Holdfast", *peers["systems"]], rows)
     return text + "\n" + table_of_steps(faster, peers) if faster else text

@@ -1,7 +1,6 @@
 """What recovery.py simulates: models, a plate that covers them, and how both move, made from a seed."""
 
 import numpy as np
-from matplotlib import image as pictures
 
 SIZE = (640, 480)
 FOCAL = 650.0
@@ -26,17 +25,11 @@ def print_of(rng, width, height, shapes, contrast=1.0):
     return picture
 
 
-def write_model(path, positions, coordinates, quads, picture):
-    """OBJ, MTL and PNG; quads index positions, which have a coordinate each."""
-    pictures.imsave(path.with_suffix(".png"), np.clip(picture, 0, 1))
-    path.with_suffix(".mtl").write_text("newmtl print\nKd 1 1 1\nmap_Kd {}\n".format(path.with_suffix(".png").name))
-    lines = ["mtllib {}".format(path.with_suffix(".mtl").name), "usemtl print"]
-    lines += ["v {:.6f} {:.6f} {:.6f}".format(*p) for p in positions]
-    lines += ["vt {:.6f} {:.6f}".format(*c) for c in coordinates]
-    for quad in quads:
-        for a, b, c in ((0, 1, 2), (0, 2, 3)):
-            lines.append("f " + " ".join("{0}/{0}".format(quad[i] + 1) for i in (a, b, c)))
-    path.write_text("\n".join(lines) + "\n")
+def model(positions, coordinates, quads, picture):
+    """Arrays of a mesh: vertices, faces, uv, image; quads index positions, which have a coordinate each."""
+    faces = [[quad[i] for i in corner] for quad in quads for corner in ((0, 1, 2), (0, 2, 3))]
+    return (np.array(positions, float), np.array(faces), np.array(coordinates),
+            (255 * np.clip(picture, 0, 1)).astype(np.uint8))
 
 
 def turned_profile(radii, heights, around=48):
@@ -55,15 +48,14 @@ def turned_profile(radii, heights, around=48):
     return np.array(positions), coordinates, quads
 
 
-def write_can(path, rng, contrast):
+def can(rng, contrast):
     half, radius = 0.5 * rng.uniform(0.1, 0.14), rng.uniform(0.03, 0.045)
     radii = np.array([0, radius, radius, 0])
     positions, coordinates, quads = turned_profile(radii, np.array([-half, -half, half, half]))
-    write_model(path, positions, coordinates, quads, print_of(rng, 1024, 768, 220, contrast))
-    return positions
+    return model(positions, coordinates, quads, print_of(rng, 1024, 768, 220, contrast))
 
 
-def write_vase(path, rng, contrast):
+def vase(rng, contrast):
     t = np.linspace(0, 1, 25)
     phase, waist = rng.uniform(0, 2 * np.pi), rng.uniform(0.25, 0.45)
     radii = rng.uniform(0.04, 0.06) * (1 + waist * np.sin(phase + 2.2 * np.pi * t))
@@ -71,15 +63,13 @@ def write_vase(path, rng, contrast):
     radii = np.concatenate([[0], radii, [0]])
     heights = np.concatenate([heights[:1], heights, heights[-1:]])
     positions, coordinates, quads = turned_profile(radii, heights)
-    write_model(path, positions, coordinates, quads, print_of(rng, 1024, 1024, 260, contrast))
-    return positions
+    return model(positions, coordinates, quads, print_of(rng, 1024, 1024, 260, contrast))
 
 
-def write_plate(path, rng, side):
+def plate(rng, side):
     """Square, seen from both sides."""
     corners = [(0.5 * side * x, 0.5 * side * y, 0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    write_model(path, corners, [(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1, 2, 3), (3, 2, 1, 0)],
-                print_of(rng, 512, 512, 60))
+    return model(corners, [(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1, 2, 3), (3, 2, 1, 0)], print_of(rng, 512, 512, 60))
 
 
 def rotation(axis, angle):
@@ -182,7 +172,3 @@ def share_inside(poses, positions):
         pixels = p[:, :2] / p[:, 2:] * FOCAL + (np.array(SIZE) - 1) / 2
         shares.append(np.mean(np.all((pixels >= 0) & (pixels <= np.array(SIZE) - 1), axis=1)))
     return np.array(shares)
-
-
-def write_poses(path, poses):
-    path.write_text("\n".join(" ".join("{:.9f}".format(v) for v in pose.ravel()) for pose in poses) + "\n")

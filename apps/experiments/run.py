@@ -61,62 +61,40 @@ def paper_parts(work, scenario, folders, runs):
     return out
 
 
-def fresh_seeds(work, scenario, share):
-    """Runs by scene and tracker on seeds that nothing was chosen by; `share` of them."""
-    fresh = scenario["fresh"]
-    seeds = range(fresh["first"], fresh["first"] + max(1, round(share * fresh["seeds"])))
-    runs = {}
-    for scene in fresh["scenes"]:
-        folders = [work.sequence(scene, seed, scenario["scenes"][scene]) for seed in seeds]
-        for tracker in fresh["trackers"]:
-            options = tracker_options(scenario["trackers"][tracker])
-            runs[scene, tracker] = work.run("fresh/{}/{}".format(scene, tracker), folders, options)
-    return runs
-
-
 def main():
     given = arguments()
     scenario = tomllib.loads((HERE / "scenario.toml").read_text(encoding="utf-8"))
-    seeds = range(1, (given.seeds or scenario["seeds"]) + 1)
+    seeds = range(scenario["first"], scenario["first"] + (given.seeds or scenario["seeds"]))
     whole = len(seeds) == scenario["seeds"]
     work = Work(given.program, given.work, scenario, given.threads)
     work.expected = (len(seeds) * len(scenario["scenes"]) + sum(map(len, scenario["runs"].values()))
                      + len(scenario["paper-parts"]["scenes"]) * len(scenario["paper-parts"]["options"])
-                     + len(scenario["fresh"]["scenes"]) * (
-                         scenario["fresh"]["seeds"] * len(seeds) // scenario["seeds"] + len(scenario["fresh"]["trackers"]))
                      + sweeps.steps(scenario, len(seeds)) + pictures.STEPS + 2)
-    print("experiments: {} seeds; ten take about an hour and a half on two cores of an ordinary computer. What {} holds "
-          "already is kept.".format(len(seeds), given.work), flush=True)
+    print("experiments: {} seeds; five take half an hour on two cores. What {} holds already is kept."
+          .format(len(seeds), given.work), flush=True)
 
     # A quick pass must not replace the evidence.
     target = given.document
     if not whole:
         target = given.work / given.document.name
+        given.work.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(given.document, target)
     images = target.parent / "experiments"
     shutil.rmtree(images, ignore_errors=True)
     images.mkdir(parents=True)
 
     folders, runs = simulate_and_track(work, scenario, seeds)
-    parts = {
-        "bounds": tables.bounds(runs, scenario),
-        "scenes": tables.scenes(runs, scenario),
-        "redundancy": tables.redundancy(runs),
-        "motion": tables.motion(folders, scenario),
-    }
     # After every stage, so that an interrupted run leaves what it knows.
-    document.fill(target, parts)
+    document.fill(target, {"bounds": tables.bounds(runs), "scenes": tables.scenes(runs, scenario)})
     plots.errors_over_time(runs, scenario, images)
     pictures.draw(work, folders, scenario, images)
     document.fill(target, {"parts": tables.paper_parts(paper_parts(work, scenario, folders, runs))})
-    document.fill(target, {"fresh": tables.fresh_bounds(fresh_seeds(work, scenario, len(seeds) / scenario["seeds"]))})
     document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
     if given.sequences and given.sequences.is_dir():
         document.fill(target, {"recorded": recorded.tables(work, given.sequences)})
-    document.fill(target, {"measured": ""})
     print("experiments: {} written in {:.0f} s ({} results made, {} kept)".format(
         target, time.monotonic() - work.start, work.made, work.reused))
-    print(tables.verdict(runs, scenario))
+    print(tables.verdict(runs))
 
 
 if __name__ == "__main__":

@@ -1,38 +1,40 @@
 """One thing varied at a time: thresholds, blur, speed, contrast, distance."""
 
-import measures
 import plots
 from document import table
 from measures import spread
 from work import tracker_options
 
-OF_TRACKER = ("gradient-minimum", "angle-maximum", "difference-maximum", "vote-share")
 LABELS = {
-    "gradient-minimum": "$t_{gm}$, grey levels of 255 a pixel",
-    "angle-maximum": "$t_\\theta$, degrees",
-    "difference-maximum": "$t_{md}$, grey levels of 255 a pixel",
-    "vote-share": "share of the neighbourhood that must pass",
     "speed": "fastest corner, pixels a frame",
     "box-contrast": "contrast of the print",
     "distance": "nearest distance, m",
 }
-# Shown in these units.
-UNITS = {"gradient-minimum": 255, "angle-maximum": 57.29578, "difference-maximum": 255}
+# Thresholds, in words, and the units that they are shown in.
+THRESHOLDS = {
+    "gradient-minimum": ("(5) t_gm, grey levels a pixel", 255),
+    "angle-maximum": ("(6) t_θ, degrees", 57.29578),
+    "difference-maximum": ("(7) t_md, grey levels a pixel", 255),
+}
 
 
 def values_of(settings):
-    return settings.get("values") or [settings["base"] * factor for factor in settings["factors"]]
+    return [settings["base"] * factor for factor in settings["factors"]]
+
+
+def trackers_of(scenario, name):
+    sweeps = scenario["sweeps"]
+    return {**sweeps.get(name, {}), **sweeps["thresholds"].get(name, {})}.get("trackers", sweeps["trackers"])
 
 
 def steps(scenario, seeds):
     """How many results a run makes, at most."""
     sweeps = scenario["sweeps"]
     seeds = min(seeds, sweeps["seeds"])
-    total = sum(len(trackers_of(scenario, name)) * len(values_of(sweeps[name])) for name in OF_TRACKER)
-    trackers = len(trackers_of(scenario, "speed"))
+    total = sum(len(trackers_of(scenario, name)) * len(values_of(sweeps["thresholds"][name])) for name in THRESHOLDS)
+    trackers = len(sweeps["trackers"])
     total += len(sweeps["speed"]["simulated"]) * (seeds + trackers) + trackers
-    return total + sum(len(sweeps[name]["values"]) * (seeds + len(trackers_of(scenario, name)))
-                       for name in ("box-contrast", "distance"))
+    return total + sum(len(sweeps[name]["values"]) * (seeds + trackers) for name in ("box-contrast", "distance"))
 
 
 def figures(evaluations):
@@ -48,21 +50,20 @@ def sequences_with(work, sweep, seeds, value, settings, changes):
     return [work.sequence(name, seed, {**common, **changes}) for seed in seeds]
 
 
-def trackers_of(scenario, name):
-    return scenario["sweeps"][name].get("trackers", scenario["sweeps"]["trackers"])
-
-
-def of_tracker(work, scenario, name, seeds, folders):
-    settings = scenario["sweeps"][name]
-    curves = {}
-    for tracker in trackers_of(scenario, name):
-        points = []
-        for value in values_of(settings):
-            options = tracker_options({**scenario["trackers"][tracker], name: "{:.6g}".format(value)})
-            run = work.run("sweeps/{}/{}-{:.4g}".format(name, tracker, value), folders[settings["scene"]][:len(seeds)], options)
-            points.append((value * UNITS.get(name, 1), *figures(run.evaluations())))
-        curves[scenario["trackers"][tracker]["title"]] = points
-    return curves
+def thresholds(work, scenario, seeds, folders):
+    """A row a threshold's value and tracker."""
+    settings = scenario["sweeps"]["thresholds"]
+    rows = []
+    for name, (label, unit) in THRESHOLDS.items():
+        for tracker in trackers_of(scenario, name):
+            for value in values_of(settings[name]):
+                options = tracker_options({**scenario["trackers"][tracker], name: "{:.6g}".format(value)})
+                run = work.run("sweeps/{}/{}-{:.4g}".format(name, tracker, value),
+                               folders[settings["scene"]][:len(seeds)], options)
+                shares, errors = figures(run.evaluations())
+                rows.append([label, scenario["trackers"][tracker]["title"], "{:.3g}".format(value * unit),
+                             spread(shares, 1), spread(errors)])
+    return table(["threshold of test", "tracker", "value", "frames within 10 mm and 2 deg, %", "median, mm"], rows)
 
 
 def of_scene(work, scenario, name, seeds):
@@ -105,23 +106,16 @@ def as_table(label, curves):
         rows.append([name + ": frames, %"] + [spread(shares, 1) for _, shares, _ in points])
         rows.append([name + ": median, mm"] + [spread(errors) for _, _, errors in points])
     at = [value for value, _, _ in next(iter(curves.values()))]
-    return table([label.replace("\\theta", "θ").replace("$", "").replace("{", "").replace("}", "")]
-                 + ["{:.3g}".format(value) for value in at], rows)
+    return table([label] + ["{:.3g}".format(value) for value in at], rows)
 
 
 def run(work, scenario, seeds, folders, images):
     """The tables of all sweeps, by name; draws their plots."""
     seeds = list(seeds)[:scenario["sweeps"]["seeds"]]
-    parts = {}
+    parts = {"thresholds": thresholds(work, scenario, seeds, folders)}
     for name, label in LABELS.items():
-        if name in OF_TRACKER:
-            curves = of_tracker(work, scenario, name, seeds, folders)
-        elif name == "speed":
-            curves = of_speed(work, scenario, seeds, folders)
-        else:
-            curves = of_scene(work, scenario, name, seeds)
-        base = scenario["sweeps"][name].get("base")
-        plots.sweep(images / "sweep_{}.png".format(name), label, curves, name != "vote-share",
-                    base * UNITS[name] if base else None)
+        curves = (of_speed(work, scenario, seeds, folders) if name == "speed"
+                  else of_scene(work, scenario, name, seeds))
+        plots.sweep(images / "sweep_{}.png".format(name), label, curves)
         parts["sweep-" + name] = as_table(label, curves)
     return parts

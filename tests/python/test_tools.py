@@ -20,6 +20,10 @@ def test_a_simulation_is_a_sequence(simulation, box, camera, frames):
     assert len(same) == 4 and np.array_equal(same[3].image, frames[3])
     with pytest.raises(TypeError, match="no option 'velocity'.*speed"):
         holdfast.Simulation(box, motion={"velocity": 3})
+    far = np.diag([1.0, 1.0, 1.0, 1.0])
+    far[2, 3] = 0.2  # a cube before the camera hides all of it
+    hidden = holdfast.Simulation(box, camera, poses=simulation.poses[:1], occluders=[(holdfast.lettered_cube(0.3), [far])])
+    assert hidden[0].visible_share == 0 and hidden[0].occluder_mask.min() == 255
     with pytest.raises(ValueError, match="occluders.*ball"):
         holdfast.Simulation(box, occluders=["ball"])
     with pytest.raises(ValueError, match="style.*wild"):

@@ -1,7 +1,6 @@
-"""Objects followed by their contour alone: plain ones, simulated, and the recorded ones without their texture."""
+"""Plain objects, simulated, followed by their shape alone."""
 
 import statistics
-import tomllib
 
 import measures
 import models
@@ -9,7 +8,6 @@ from bench import Subject
 from document import table
 from measures import text
 from PIL import Image
-from recorded import PEERS
 from work import digest
 
 
@@ -57,14 +55,4 @@ def part(bench, recorded):
             seen = bench.simulated(name, model, changes)
             subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
             rows.append([kind, condition, *row(bench.track(name, subject, "--protocol", "rbot"))])
-    out = table(["object", "condition", *HEAD], rows)
-    if recorded:
-        peers = tomllib.loads(PEERS.read_text(encoding="utf-8"))["sequences"]
-        rows = []
-        for name, seen in recorded.items():
-            shape, stamp = shape_of(bench, seen.model.parent.name, seen.model)
-            subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
-            run = bench.track("contour-" + name, subject, "--protocol", "rbot", "--min-visible", asked["least_visible"])
-            rows.append([name, *row(run), peers.get(name, [""])[0]])
-        out += "\n" + table(["sequence", *HEAD, "M3T region: success %, first loss, mm, deg"], rows)
-    return out
+    return table(["object", "condition", *HEAD], rows)

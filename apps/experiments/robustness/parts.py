@@ -1,6 +1,5 @@
 """The measures, a function each: given a Bench and the recorded sequences, the Markdown that the document shows."""
 
-import csv
 import statistics
 
 import numpy
@@ -91,47 +90,33 @@ def light_variants(bench, subject, asked):
             lambda folder: light.shaded_model(subject.model, folder, lamp, asked["shade_least"])))
 
 
-def covered_row(name, condition, run, asked, judged=True):
+def covered_row(name, condition, run, asked):
     inside, middle = run.covered()
     return [name, condition, text(inside, 1), text(middle), run.bad(), mm_deg(run),
-            verdict(asked["least"] <= inside <= asked["most"]) if judged else ""]
+            verdict(asked["least"] <= inside <= asked["most"])]
 
 
 COVERED = ["object or sequence", "condition", "inside the 95 % ellipsoid, %", "median square (5.35 if right)",
            "frames lost or failed", "median, mm / deg", "88 to 97 %"]
 
 
-def covariance_of(bench, which):
+def covariance(bench, recorded):
     """Frames of one motion resemble each other: a hundred of them say little, so that motions are taken together."""
     asked = bench.scenario["covariance"]
-    motions = asked["motions"][which]
     rows = []
-    for kind, seed in asked[which].items():
+    for kind, seed in asked["objects"].items():
         every = []
         for condition, changes in asked["conditions"].items():
             runs = []
-            for motion in motions:
+            for motion in asked["motions"]:
                 name = "covariance-{}-{}-{}".format(kind, condition, motion)
-                # The motions of objects that judge are none of those that it was made for.
-                changes = {**changes, "seed": motion + (100 if which == "made_for" else 0)}
-                runs.append(bench.track(name, bench.simulated(name, bench.model(kind, seed), changes)))
-            rows.append(covered_row(kind, "{}, {} motions".format(condition, len(motions)), joined(runs), asked))
+                runs.append(bench.track(name, bench.simulated(name, bench.model(kind, seed), {**changes, "seed": motion})))
+            rows.append(covered_row(kind, condition, joined(runs), asked))
             every += runs
         rows.append(covered_row(kind, "all", joined(every), asked))
+    rows += [covered_row(name, "recorded", bench.track("recorded/" + name, subject), asked)
+             for name, subject in recorded.items()]
     return table(COVERED, rows)
-
-
-def covariance_made_for(bench, recorded):
-    return covariance_of(bench, "made_for")
-
-
-def covariance(bench, recorded):
-    out = covariance_of(bench, "judged_on")
-    if recorded:
-        asked = bench.scenario["covariance"]
-        out += "\n" + table(COVERED, [covered_row(name, "recorded", bench.track("recorded/" + name, subject), asked)
-                                      for name, subject in recorded.items()])
-    return out
 
 
 def made_objects(bench, kinds):
@@ -173,27 +158,6 @@ LOSSES = ["frames lost or failed", "median, mm / deg", "held but wrong", "no los
 
 def losses(run):
     return [run.bad(), mm_deg(run), run.wrong(), verdict(run.bad() == 0)]
-
-
-def without_times(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        return [{name: value for name, value in row.items() if name != "ms"} for row in csv.DictReader(file)]
-
-
-def same_twice(bench, recorded):
-    rows = []
-    for subject in regular(bench, recorded):
-        files = []
-        for i in ("one", "two"):
-            folder = bench.folder / "twice" / subject.name / i
-            folder.mkdir(parents=True, exist_ok=True)
-            first = folder / "first.txt"
-            first.write_text((subject.folder / "poses_gt.txt").read_text().splitlines()[0] + "\n")
-            bench.call("track", subject.folder / "frames", "--model", subject.model, "--camera",
-                       subject.folder / "K.txt", "--init", first, "--poses", folder / "poses.csv", "--quiet")
-            files.append(folder / "poses.csv")
-        rows.append([subject.name, verdict(without_times(files[0]) == without_times(files[1]))])
-    return table(["sequence", "two runs write the same poses and figures, to the last digit"], rows)
 
 
 def object_row(name, changed, run):
@@ -255,8 +219,8 @@ def wrong_variants(bench, kind):
 
 
 PARTS = {
-    "starts": starts, "other-light": other_light, "covariance": covariance, "covariance-made-for": covariance_made_for,
+    "starts": starts, "other-light": other_light, "covariance": covariance,
     "small": small, "outside": outside, "objects": objects, "faint": faint.part, "contour": contour.part,
-    "rings": rings.part, "frame0": frame0.part, "same-twice": same_twice,
+    "rings": rings.part, "frame0": frame0.part,
     "ablation": ablation.part,
 }

@@ -70,8 +70,6 @@ def main():
         # After every part, so that an interrupted run leaves what it knows.
         other = given.ablation_document if name == "ablation" else None
         document.fill(other or given.document, {name: text})
-    if not given.only:
-        document.fill(given.document, {"measured": ""})
 
 
 if __name__ == "__main__":

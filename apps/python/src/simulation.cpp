@@ -89,25 +89,38 @@ MotionStyle style_named(const std::string& name) {
   throw nb::value_error(("style: expected smooth, sharp or still, got '" + name + "'").c_str());
 }
 
-OccluderOptions occluder_named(const std::string& name) {
+std::vector<Pose> poses_argument(nb::handle values, const char* name) {
+  std::vector<Pose> poses;
+  for (nb::handle value : values) poses.push_back(pose_argument(value, name));
+  return poses;
+}
+
+/// 'bar', 'cube', or a mesh and its poses.
+OccluderOptions occluder_argument(nb::handle value) {
   OccluderOptions occluder;
-  if (name == "cube") {
+  std::string name;
+  if (nb::isinstance<nb::tuple>(value) && nb::len(value) == 2 && nb::isinstance<Mesh>(value[0])) {
+    occluder.kind = OccluderKind::mesh;
+    occluder.mesh = nb::cast<const Mesh&>(value[0]);
+    occluder.T_camera_mesh = poses_argument(value[1], "occluders");
+  } else if (nb::try_cast(value, name) && name == "cube") {
     occluder.kind = OccluderKind::cube;
   } else if (name != "bar") {
-    throw nb::value_error(("occluders: expected bar or cube, got '" + name + "'").c_str());
+    throw nb::value_error(
+        ("occluders: expected 'bar', 'cube' or (mesh, poses), got " + nb::cast<std::string>(nb::repr(value))).c_str());
   }
   return occluder;
 }
 
 void construct(Sequence* self, const Mesh& mesh, const std::optional<Camera>& camera, const std::string& style,
-               nb::object poses, const std::vector<std::string>& occluders, const nb::kwargs& given) {
+               nb::object poses, nb::object occluders, const nb::kwargs& given) {
   SequenceOptions options;
   set_fields(options, given);
   if (camera) options.camera = *camera;
   options.motion.style = style_named(style);
-  for (const std::string& name : occluders) options.occluders.push_back(occluder_named(name));
+  for (nb::handle occluder : occluders) options.occluders.push_back(occluder_argument(occluder));
   if (!poses.is_none()) {
-    for (nb::handle pose : poses) options.motion.T_camera_object.push_back(pose_argument(pose, "poses"));
+    options.motion.T_camera_object = poses_argument(poses, "poses");
     if (!given.contains("frames")) options.frames = static_cast<int>(options.motion.T_camera_object.size());
   }
   const nb::gil_scoped_release released;
@@ -173,10 +186,11 @@ void bind_simulation(nb::module_& module) {
           "__init__", &construct, nb::arg("mesh"), nb::arg("camera") = nb::none(), nb::arg("style") = "smooth",
           nb::arg("poses") = nb::none(), nb::arg("occluders") = nb::list(), nb::arg("options"),
           nb::sig("def __init__(self, mesh: Mesh, camera: Camera | None = None, style: str = 'smooth', poses: "
-                  "typing.Sequence[numpy.typing.ArrayLike] | None = None, occluders: typing.Sequence[str] = (), "
-                  "**options: typing.Any) -> None"),
+                  "typing.Sequence[numpy.typing.ArrayLike] | None = None, occluders: typing.Sequence[str | tuple[Mesh, "
+                  "typing.Sequence[numpy.typing.ArrayLike]]] = (), **options: typing.Any) -> None"),
           "camera: None: 640x480, 52 degrees wide. style: of the motion: smooth, sharp or still. poses: 4x4, one a "
-          "frame, instead of a made motion. occluders: of 'bar' and 'cube'.\n\n"
+          "frame, instead of a made motion. occluders: 'bar', 'cube' or (mesh, poses): its poses to the camera, 4x4, one a "
+          "frame.\n\n"
           "options: frames, seed, samples, motion_blur; and dicts: motion (speed in pixels a frame, nearest and "
           "farthest in metres, rotation_range in radians, ease, turns, margin), lighting (ambient, finish), background "
           "(file, pan), sensor (noise, shot_noise in grey levels, blur_sigma in pixels, jpeg_quality, gain, "
