@@ -66,10 +66,9 @@ results:
 	@python3 -B apps/experiments/rbot.py --program $(release)/apps/holdfast --sequences $(SEQUENCES) \
 	  --readme README.md
 
-modalities:
-	@sh cmake/install-deps.sh build experiments
-	@$(MAKE) --no-print-directory all
-	@python3 -B apps/experiments/modalities.py --program $(release)/apps/holdfast --sequences $(SEQUENCES)
+modalities: python
+	@PYTHONPATH=build/python/python $(venv)/bin/python -B apps/experiments/modalities.py \
+	  --program build/python/apps/holdfast --sequences $(SEQUENCES)
 
 devices:
 	@sh cmake/install-deps.sh build experiments

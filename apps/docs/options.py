@@ -5,15 +5,17 @@
 """
 
 import pathlib
+import re
 import subprocess
 import sys
+import textwrap
 
 PAGE = pathlib.Path(__file__).parents[2] / "docs" / "reference" / "options.md"
 COMMANDS = ("track", "init", "show", "bake", "simulate", "evaluate", "devices")
 HEAD = """# Options
 
-`make options` writes this page from `holdfast COMMAND --help`. Options may also stand in a file ([`--config`](files.md#configuration)).
-What a command ends with: [exit codes](exit_codes.md).
+`make options` writes this page from `holdfast COMMAND --help`. Options may also stand in a file
+([`--config`](files.md#configuration)). What a command ends with: [exit codes](exit_codes.md).
 """
 
 
@@ -24,15 +26,28 @@ def groups_of(program, command):
     return [group.strip("\n") for group in text.split("\n\n") if group.strip()]
 
 
+def shortened(group, command, first):
+    """A group without the options that an earlier command has too, which are only named; `first`: who has them."""
+    title, *entries = re.split(r"\n(?=  -)", group)
+    known = {}
+    for entry in list(entries):
+        if first.setdefault(entry, command) != command:
+            known.setdefault(first[entry], []).append(re.search(r"--[\w-]+", entry).group())
+            entries.remove(entry)
+    if not known:
+        return group
+    if not entries and len(known) == 1:
+        return "{} as of {}".format(title, *known)
+    said = "; ".join("{} as of {}".format(", ".join(names), whose) for whose, names in known.items())
+    return "\n".join([title, *entries, *textwrap.wrap(said, 100, initial_indent="  ", subsequent_indent="  ",
+                                                       break_on_hyphens=False)])
+
+
 def page(program):
-    """Groups that several commands share are listed where they come first."""
+    """Options that several commands share are listed where they come first."""
     sections, first = [HEAD], {}
     for command in COMMANDS:
-        groups = [
-            group if first.setdefault(group, command) == command
-            else "{} as of {}".format(group.split("\n")[0], first[group])
-            for group in groups_of(program, command)
-        ]
+        groups = [shortened(group, command, first) for group in groups_of(program, command)]
         sections.append("## {0}\n\n```text\n{1}\n```\n".format(command, "\n\n".join(groups)))
     return "\n".join(sections)
 

@@ -8,13 +8,10 @@ FOLDER is as rbot.py takes it. Its grey recordings are folders with frames/, K.t
 poses_reference.txt (another tracker's poses, 3x4 a line).
 """
 import argparse
-import csv
 import pathlib
-import subprocess
-import tempfile
 
+import holdfast
 import numpy
-
 import rbot
 
 HEAD = """# Modalities
@@ -49,39 +46,23 @@ def edges(arguments):
     return "\n".join(lines) + "\n"
 
 
-def poses(path):
-    return [numpy.array(line.split(), float).reshape(3, 4) for line in path.read_text().splitlines() if line.strip()]
-
-
-def pose_of(row):
-    x, y, z, w = (float(row["q" + axis]) for axis in "xyzw")
-    rotation = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
-    return numpy.column_stack([rotation, [float(row["t" + axis]) for axis in "xyz"]])
-
-
 def grey(arguments):
     lines = ["| recording | held | mean corner: median, 95 % | within 3 | worst corner: median, 95 % | within 3 |",
              "|---|---|---|---|---|---|"]
     for folder in sorted(p for p in arguments.sequences.iterdir() if (p / "poses_reference.txt").exists()):
         print("modalities:", folder.name, flush=True)
-        fx, fy, cx, cy = (float(number) for number in (folder / "K.txt").read_text().split())
-        corners = numpy.array([line.split()[1:4] for line in (folder / "model.obj").read_text().splitlines()
-                               if line.startswith("v ")], float)
+        video, mesh = holdfast.Video(folder / "frames"), holdfast.Mesh.load(folder / "model.obj")
+        camera = holdfast.Camera.load(folder / "K.txt", video.width, video.height)
+        corners = numpy.unique(mesh.vertices, axis=0)
 
         def pixels(pose):
-            p_camera = corners @ pose[:, :3].T + pose[:, 3]
-            return p_camera[:, :2] / p_camera[:, 2:] * [fx, fy] + [cx, cy]
+            return camera.project(corners @ pose[:3, :3].T + pose[:3, 3])
 
-        with tempfile.TemporaryDirectory() as work:
-            table = pathlib.Path(work) / "poses.csv"
-            subprocess.run([arguments.program, "track", folder / "frames", "--model", folder / "model.obj", "--camera",
-                            folder / "K.txt", "--init", folder / "init.txt", "--poses", table, "--quiet"], check=True)
-            with open(table, newline="") as rows:
-                found = list(csv.DictReader(rows))
-        off = [numpy.linalg.norm(pixels(pose_of(row)) - pixels(reference), axis=1)
-               for row, reference in zip(found, poses(folder / "poses_reference.txt")) if row["status"] == "held"]
+        tracker = holdfast.Tracker(mesh, camera)
+        tracker.reset(holdfast.load_pose(folder / "init.txt"))
+        found = [tracker.track(frame.image, frame.time) for frame in video]
+        off = [numpy.linalg.norm(pixels(result.T_camera_object) - pixels(reference), axis=1)
+               for result, reference in zip(found, holdfast.load_poses(folder / "poses_reference.txt")) if result.held]
         row = [folder.name, "{} of {}".format(len(off), len(found))]
         for values in ([frame.mean() for frame in off], [frame.max() for frame in off]):
             row += ["{:.2f}, {:.2f}".format(*numpy.quantile(values, [0.5, 0.95])) if off else "",

@@ -37,8 +37,8 @@ void TrackCommand::add_to(CLI::App& command) {
 
   command
       .add_option("--remember", remembered,
-                  "What the object really looks like: read where the file is, added to as the object is held, and "
-                  "written at the end, so that the next run recognizes it, also without a texture")
+                  "What frames show of the object: read where the file is, added to, and written at the end, so that "
+                  "the next run recognizes it, also without a texture")
       ->type_name("FILE")
       ->group("Object and camera");
 
@@ -82,8 +82,8 @@ void TrackCommand::add_to(CLI::App& command) {
   command
       .add_flag(
           "--show", show,
-          "A window with the contour, the axes and the status: space pauses, . goes on by a frame, c shows pixels "
-          "used and rejected, l looks for the object again, s saves the picture, q ends")
+          "A window with contour, axes and status: space pauses, . goes on by a frame, c shows pixels used and "
+          "rejected, l looks for the object again, s saves the picture, q ends")
       ->group(output_group);
   command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
   command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);
