@@ -8,7 +8,7 @@
 #                 BASELINE where there is one (make bench-baseline saves the last result there, make bench-docs the
 #                 tables and plots of docs/results/performance.md)
 # make experiments  installs what is missing, then the paper's experiments again: docs/results/experiments.md and its
-#                 pictures; SEEDS=2 for a quick pass, SEQUENCES=folder for recorded sequences too
+#                 pictures; SEEDS=1 for a quick pass, SEQUENCES=folder for recorded sequences too
 # make robustness  installs what is missing, then what the tracker bears: wrong starts, other light, other objects,
 #                 covariance: docs/results/robustness.md; each part switched off: docs/results/experiments.md;
 #                 SEQUENCES=folder for recorded sequences too, PARTS=starts,small for some of it
