@@ -86,9 +86,10 @@ std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
       code == static_cast<int>(CLI::ExitCodes::ExtrasError) || code == static_cast<int>(CLI::ExitCodes::RequiredError);
   if (!follows || unknown == remaining.end()) {
     if (code != static_cast<int>(CLI::ExitCodes::ExtrasError) || remaining.empty()) return error.what();
-    return fmt::format("'{}' is one argument too many: a pattern of images needs quotes, 'frames/*.png', and a name "
-                       "with blanks too",
-                       *std::min_element(remaining.begin(), remaining.end()));
+    return fmt::format(
+        "'{}' is one argument too many: a pattern of images needs quotes, 'frames/*.png', and a name "
+        "with blanks too",
+        *std::min_element(remaining.begin(), remaining.end()));
   }
   const std::string name = unknown->substr(0, unknown->find('='));
   std::vector<std::string> names;
@@ -109,10 +110,10 @@ int report(const CLI::App& app, const CLI::ParseError& error) {
     for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
       commands.push_back(command->get_name());
     }
-    holdfast::app::print_error(
-        (remaining.empty() ? fmt::format("a command is missing: {}", fmt::join(commands, ", "))
-                           : "there is no command '" + remaining.front() + "'" + did_you_mean(remaining.front(), commands)) +
-        " (see 'holdfast --help')");
+    holdfast::app::print_error((remaining.empty() ? fmt::format("a command is missing: {}", fmt::join(commands, ", "))
+                                                  : "there is no command '" + remaining.front() + "'" +
+                                                        did_you_mean(remaining.front(), commands)) +
+                               " (see 'holdfast --help')");
     return holdfast::app::kUsage;
   }
   const CLI::App& command = *subcommands.front();

@@ -80,10 +80,11 @@ Camera TrackCommand::camera_of(FrameSource& source, const Mesh& mesh) const {
 void TrackCommand::require_start(const Mesh& mesh) const {
   std::error_code unknown;
   if (mesh.has_appearance() || !init.path.empty() || !guide.empty() || fs::exists(remembered, unknown)) return;
-  throw Error(ErrorCode::model,
-              fmt::format("model '{}' has neither texture nor vertex colours to be recognized by: give its first pose "
-                          "(--init; 'holdfast init' finds it from points), or a guide, about how it is held (--guide){}",
-                          model.path.string(), camera.path.empty() ? ", and the camera (--camera)" : ""));
+  throw Error(
+      ErrorCode::model,
+      fmt::format("model '{}' has neither texture nor vertex colours to be recognized by: give its first pose "
+                  "(--init; 'holdfast init' finds it from points), or a guide, about how it is held (--guide){}",
+                  model.path.string(), camera.path.empty() ? ", and the camera (--camera)" : ""));
 }
 
 int TrackCommand::run() const {

@@ -371,8 +371,9 @@ TEST_CASE("The unit check names the likely unit") {
     return mesh;
   };
   const auto warning = [&box](float size) { return io::unit_warning(box(size), {}, {}).value_or(""); };
-  CHECK(warning(150) == "the object is 150 m across: are its coordinates millimetres? pass --model-scale 0.001 (times the "
-                         "scale that was given, if any)");
+  CHECK(warning(150) ==
+        "the object is 150 m across: are its coordinates millimetres? pass --model-scale 0.001 (times the "
+        "scale that was given, if any)");
   CHECK(warning(45) ==
         "the object is 45 m across: are its coordinates centimetres or inches? pass "
         "--model-scale 0.01 or 0.0254");

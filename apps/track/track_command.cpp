@@ -80,10 +80,9 @@ void TrackCommand::add_to(CLI::App& command) {
       ->type_name("FILE")
       ->group(output_group);
   command
-      .add_flag(
-          "--show", show,
-          "A window with contour, axes and status: space pauses, . goes on by a frame, c shows pixels used and "
-          "rejected, l looks for the object again, s saves the picture, q ends")
+      .add_flag("--show", show,
+                "A window with contour, axes and status: space pauses, . goes on by a frame, c shows pixels used and "
+                "rejected, l looks for the object again, s saves the picture, q ends")
       ->group(output_group);
   command.add_flag("--require-held", require_held, "Exit with code 6 when any frame was lost")->group(output_group);
   command.add_flag("--quiet", quiet, "No progress and no summary")->group(output_group);

@@ -72,9 +72,10 @@ void Tracker::Impl::check_start(const Pose& T_camera_object) {
   validate_pose(T_camera_object);
   const Eigen::Vector3d p_camera = T_camera_object * pipeline.extent().p_object_center;
   if (p_camera.z() <= 0) {
-    throw Error(ErrorCode::pose, "the pose puts the object behind the camera (z = " + std::to_string(p_camera.z()) +
-                                     " m); a pose maps the object's points to the camera's axes, z forward: is it camera to object "
-                                     "(invert it), or in OpenGL's axes (negate its second and third row)?");
+    throw Error(ErrorCode::pose,
+                "the pose puts the object behind the camera (z = " + std::to_string(p_camera.z()) +
+                    " m); a pose maps the object's points to the camera's axes, z forward: is it camera to object "
+                    "(invert it), or in OpenGL's axes (negate its second and third row)?");
   }
   if (pipeline.view().bounds(T_camera_object).empty()) {
     const Camera& camera = pipeline.image().camera();

@@ -36,8 +36,9 @@ PixelFormat format_by_channels(int channels, const std::string& name, nb::handle
       return PixelFormat::rgba8;
     default:
       refuse_value(name + ": expected shape HxWx3, HxWx4 or HxW, got " + described(value) +
-                   (nb::cast<int>(value.attr("shape")[0]) <= 4 ? "; numpy.moveaxis(frame, 0, 2).copy() puts channels last"
-                                                               : ""));
+                   (nb::cast<int>(value.attr("shape")[0]) <= 4
+                        ? "; numpy.moveaxis(frame, 0, 2).copy() puts channels last"
+                        : ""));
   }
 }
 
@@ -99,10 +100,10 @@ Pose pose_argument(nb::handle value, const char* name) {
 FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format) {
   FrameArgument frame;
   if (!nb::try_cast(value, frame.array, false)) {
-    const char* hint = value.is_none()                   ? " (the end of the video?)"
-                       : nb::hasattr(value, "image")     ? ": pass its image"
+    const char* hint = value.is_none()                  ? " (the end of the video?)"
+                       : nb::hasattr(value, "image")    ? ": pass its image"
                        : nb::isinstance<nb::str>(value) ? ": Video() reads files"
-                                                         : "";
+                                                        : "";
     refuse_type(std::string(name) + ": expected a numpy array of uint8, got " + described(value) + hint);
   }
   const nb::ndarray<nb::ro>& array = frame.array;
@@ -122,9 +123,8 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
   }
   const std::optional<std::size_t> stride = row_stride(array, channels);
   if (!stride) {
-    refuse_value(std::string(name) +
-                 ": pixels of a row must lie side by side and rows go downwards in memory: " + described(value) +
-                 ", strides " + text_of(value.attr("strides")) +
+    refuse_value(std::string(name) + ": pixels of a row must lie side by side and rows go downwards in memory: " +
+                 described(value) + ", strides " + text_of(value.attr("strides")) +
                  "; pass numpy.ascontiguousarray of it (RGB needs no turning round: format=PixelFormat.rgb8)");
   }
   const auto rows = static_cast<int>(array.shape(0));

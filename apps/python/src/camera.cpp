@@ -50,7 +50,8 @@ Camera load(const std::filesystem::path& path, std::optional<int> width, std::op
   const Camera camera = io::load_camera(path);
   if (width && height) return io::camera_for_frames(camera, *width, *height, rescale);
   if (camera.width == 0) {
-    throw Error(ErrorCode::camera, "'" + path.string() + "' names no size of the frames: pass it, Camera.load(path, width, height)");
+    throw Error(ErrorCode::camera,
+                "'" + path.string() + "' names no size of the frames: pass it, Camera.load(path, width, height)");
   }
   return camera;
 }

@@ -189,7 +189,8 @@ void bind_simulation(nb::module_& module) {
                   "typing.Sequence[numpy.typing.ArrayLike] | None = None, occluders: typing.Sequence[str | tuple[Mesh, "
                   "typing.Sequence[numpy.typing.ArrayLike]]] = (), **options: typing.Any) -> None"),
           "camera: None: 640x480, 52 degrees wide. style: of the motion: smooth, sharp or still. poses: 4x4, one a "
-          "frame, instead of a made motion. occluders: 'bar', 'cube' or (mesh, poses): its poses to the camera, 4x4, one a "
+          "frame, instead of a made motion. occluders: 'bar', 'cube' or (mesh, poses): its poses to the camera, 4x4, "
+          "one a "
           "frame.\n\n"
           "options: frames, seed, samples, motion_blur; and dicts: motion (speed in pixels a frame, nearest and "
           "farthest in metres, rotation_range in radians, ease, turns, margin), lighting (ambient, finish), background "

@@ -44,8 +44,9 @@ FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optiona
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object, const Camera& camera, int level) {
   std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
   if (!doubt) return;
-  for (const auto& [option, argument] : {std::pair<std::string, std::string>{"pass --model-scale ", "pass model_scale="},
-                                         {"--model-scale", "model_scale"}}) {
+  for (const auto& [option, argument] :
+       {std::pair<std::string, std::string>{"pass --model-scale ", "pass model_scale="},
+        {"--model-scale", "model_scale"}}) {
     if (const std::size_t at = doubt->find(option); at != doubt->npos) doubt->replace(at, option.size(), argument);
   }
   if (PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), level) != 0) throw nb::python_error();
@@ -58,7 +59,8 @@ void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, cons
   constexpr int by_the_subclass = 2;
   warn_about_units(mesh, {}, camera, by_the_subclass);
   const nb::gil_scoped_release released;
-  new (self) SharedTracker{Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}, {{}, {}, {}, true}, {}};
+  new (self) SharedTracker{
+      Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}, {{}, {}, {}, true}, {}};
 }
 
 void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional<double> time,
@@ -179,7 +181,8 @@ void bind_tracker(nb::module_& module) {
           nb::sig("def reset(self, T_camera_object: numpy.typing.ArrayLike, frame: numpy.typing.NDArray[numpy.uint8] | "
                   "None = None, time: float | None = None, format: PixelFormat | None = None) -> None"),
           "Sets the pose (4x4, object to camera, metres) that the next frame starts from, at rest; forgets velocity "
-          "and light. Warns where the object cannot be seen whole at this pose. frame, time, format: of the frame that this is exactly the pose in, where there is one: colours "
+          "and light. Warns where the object cannot be seen whole at this pose. frame, time, format: of the frame that "
+          "this is exactly the pose in, where there is one: colours "
           "and light are learned from it; see track().")
       .def("track", &track, nb::arg("frame").none(), nb::arg("time") = nb::none(), nb::arg("format") = nb::none(),
            nb::sig("def track(self, frame: numpy.typing.NDArray[numpy.uint8], time: float | None = None, format: "
@@ -207,8 +210,7 @@ void bind_tracker(nb::module_& module) {
            "frame, time, format: see track().\n\n"
            "Raises Error(model) for a model without look or features where there is no guide and nothing is "
            "remembered, Error(pose) for a guide behind the camera or out of the picture.")
-      .def("remember", &remember, nb::arg("path"),
-           nb::sig("def remember(self, path: str | os.PathLike) -> None"),
+      .def("remember", &remember, nb::arg("path"), nb::sig("def remember(self, path: str | os.PathLike) -> None"),
            "Keeps in this file what frames show of the object from now on, and makes find() look for it: an object "
            "whose model has no texture, or another one than today, is recognized in the next run, or in this one "
            "after a loss. What the file holds already is added to; it is written whenever a held frame has shown a "
