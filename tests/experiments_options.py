@@ -3,13 +3,11 @@
 import subprocess
 import sys
 import tomllib
-import types
 from pathlib import Path
 
 sys.dont_write_bytecode = True
 PROGRAM, FOLDER = sys.argv[1], Path(sys.argv[2])
 sys.path.insert(0, str(FOLDER))
-sys.modules["plots"] = types.ModuleType("plots")  # needs matplotlib, and nothing is drawn
 
 import sweeps
 from work import tracker_options

@@ -1,4 +1,4 @@
-"""Errors over time, as the paper draws them, and the plots of the sweeps."""
+"""Errors over time, as the paper draws them."""
 
 import matplotlib
 
@@ -75,31 +75,3 @@ def errors_over_time(runs, scenario, images, cut=(25.0, 6.0)):
         figure.tight_layout()
         figure.savefig(images / "errors_{}.png".format(scene), dpi=DPI)
         plt.close(figure)
-
-
-def sweep(path, label, curves):
-    """`curves`: by tracker, (value, shares in per cent a seed, median errors in mm a seed)."""
-    figure, (success, error) = plt.subplots(1, 2, figsize=(9, 2.9))
-    for name, points in curves.items():
-        at = [value for value, _, _ in points]
-        for axes, which in ((success, 1), (error, 2)):
-            seeds = [point[which] for point in points]
-            middle = [numpy.median(values) if values else numpy.nan for values in seeds]
-            low = [min(values) if values else numpy.nan for values in seeds]
-            high = [max(values) if values else numpy.nan for values in seeds]
-            line, = axes.plot(at, middle, marker="o", ms=4, label=name)
-            axes.fill_between(at, low, high, color=line.get_color(), alpha=0.2, lw=0)
-    for axes in (success, error):
-        axes.set_xscale("log")
-        axes.set_xticks(at, ["{:.3g}".format(value) for value in at])
-        axes.minorticks_off()
-        axes.set_xlabel(label)
-        axes.grid(alpha=0.3)
-    success.set_ylim(-3, 103)
-    success.set_ylabel("frames within 10 mm\nand 2 deg, %")
-    error.set_ylabel("median error of frames\nwithin 5 cm and 5 deg, mm")
-    error.set_yscale("log")
-    success.legend(fontsize=8)
-    figure.tight_layout()
-    figure.savefig(path, dpi=DPI)
-    plt.close(figure)

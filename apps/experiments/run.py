@@ -89,7 +89,7 @@ def main():
     plots.errors_over_time(runs, scenario, images)
     pictures.draw(work, folders, scenario, images)
     document.fill(target, {"parts": tables.paper_parts(paper_parts(work, scenario, folders, runs))})
-    document.fill(target, sweeps.run(work, scenario, seeds, folders, images))
+    document.fill(target, sweeps.run(work, scenario, seeds, folders))
     if given.sequences and given.sequences.is_dir():
         document.fill(target, {"recorded": recorded.tables(work, given.sequences)})
     print("experiments: {} written in {:.0f} s ({} results made, {} kept)".format(

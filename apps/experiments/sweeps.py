@@ -1,6 +1,5 @@
 """One thing varied at a time: thresholds, blur, speed, contrast, distance."""
 
-import plots
 from document import table
 from measures import spread
 from work import tracker_options
@@ -109,13 +108,12 @@ def as_table(label, curves):
     return table([label] + ["{:.3g}".format(value) for value in at], rows)
 
 
-def run(work, scenario, seeds, folders, images):
-    """The tables of all sweeps, by name; draws their plots."""
+def run(work, scenario, seeds, folders):
+    """The tables of all sweeps, by name."""
     seeds = list(seeds)[:scenario["sweeps"]["seeds"]]
     parts = {"thresholds": thresholds(work, scenario, seeds, folders)}
     for name, label in LABELS.items():
         curves = (of_speed(work, scenario, seeds, folders) if name == "speed"
                   else of_scene(work, scenario, name, seeds))
-        plots.sweep(images / "sweep_{}.png".format(name), label, curves)
         parts["sweep-" + name] = as_table(label, curves)
     return parts
