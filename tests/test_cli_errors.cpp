@@ -133,9 +133,10 @@ TEST_CASE("Help and version go to stdout") {
 }
 
 TEST_CASE("Wrong options") {
-  check_fails(kUsage, {}, {"subcommand", "--help"});
+  check_fails(kUsage, {}, {"a command is missing", "--help"});
   check_fails(kUsage, {"follow", "frames"}, {"no command 'follow' (see", "--help"});
   check_fails(kUsage, {"trakc", "frames"}, {"no command 'trakc'", "did you mean 'track'?"});
+  check_fails(kUsage, track({{"frames2", ""}}), {"'frames2' is one argument too many", "quotes"});
   check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
   check_fails(kUsage, {"track", "frames", "--modle", "box.obj"}, {"no option '--modle'", "did you mean '--model'?"});
   check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});

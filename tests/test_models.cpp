@@ -374,9 +374,7 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(warning(150) ==
         "the object is 150 m across: are its coordinates millimetres? pass --model-scale 0.001 (times the "
         "scale that was given, if any)");
-  CHECK(warning(45) ==
-        "the object is 45 m across: are its coordinates centimetres or inches? pass "
-        "--model-scale 0.01 or 0.0254");
+  CHECK(warning(45).find("centimetres or inches? pass --model-scale 0.01 or 0.0254 (times") != std::string::npos);
   CHECK(warning(2e5F).find("micrometres? pass --model-scale 1e-06") != std::string::npos);
   CHECK(warning(2e-4F).find("0.2 mm across") != std::string::npos);
   CHECK(warning(2e-4F).find("--model-scale by 1000") != std::string::npos);
