@@ -31,7 +31,7 @@ PAGE
   printf '```\n\n```{toctree}\n:hidden:\n:caption: Reference\n\n'
   printf 'docs/%s\n' reference/files reference/options reference/exit_codes reference/model_formats reference/systems interfaces architecture math
   printf '```\n\n```{toctree}\n:hidden:\n:caption: Results\n\n'
-  printf 'docs/results/%s\n' rbot experiments robustness recovery starts hazards performance devices
+  printf 'docs/results/%s\n' rbot modalities experiments robustness recovery starts hazards performance devices
   printf '```\n'
 } >"$tree/index.md"
 "$python" -m sphinx -q -W --keep-going -c "$here" "$tree" "$site"

@@ -227,6 +227,12 @@ def test_readme_has_the_figures_of_the_results(monkeypatch):
     assert "<!-- begin accuracy -->\n{}<!-- end accuracy -->".format(table) in (ROOT / "README.md").read_text()
 
 
+def test_every_page_is_in_the_site():
+    script = (ROOT / "apps" / "docs" / "build.sh").read_text()
+    for page in PAGES[1:]:
+        assert re.search(r"\b{}\b".format(pathlib.Path(page).stem), script), page
+
+
 def test_options_are_those_of_the_help(program):
     if "\nOPTIONS:" in subprocess.check_output([os.environ["HOLDFAST_PROGRAM"], "devices", "--help"], text=True):
         pytest.skip("this version of CLI11 lays help out otherwise than the page")

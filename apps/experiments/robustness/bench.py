@@ -70,8 +70,7 @@ class Bench(Work):
                 paths.write_poses(folder / "occluder.txt", occluder[1])
                 words += ["--occluder-model", occluder[0], "--occluder-trajectory", folder / "occluder.txt"]
             self.progress("simulate {}".format(name))
-            said = self.call("simulate", folder, "--overwrite", "--model", model, *words, "--threads", self.threads)
-            (folder / "simulated.txt").write_text(said)
+            self.call("simulate", folder, "--overwrite", "--model", model, *words, "--threads", self.threads)
 
         return Subject(name, folder, model, self.keep(folder, wanted, make))
 
