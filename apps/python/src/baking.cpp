@@ -125,7 +125,7 @@ void bind_baking(nb::module_& module) {
            "when "
            "that is worth it. True when the frame was taken.")
       .def_prop_ro("coverage", &ModelCompletion::coverage, "Share of the surface's area that is known.")
-      .def_prop_ro("frames_taken", &ModelCompletion::frames_taken)
+      .def_prop_ro("frames_taken", &ModelCompletion::frames_taken, "Frames that gave texture.")
       .def_prop_ro("mesh", &ModelCompletion::model, "The model with what is known now.");
 }
 

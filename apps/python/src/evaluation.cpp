@@ -110,11 +110,11 @@ void bind_first_pose(nb::module_& module) {
 void bind_evaluation(nb::module_& module) {
   bind_first_pose(module);
   nb::class_<FrameRecord>(module, "FrameRecord", "One frame of an evaluation.")
-      .def_ro("frame", &FrameRecord::frame)
-      .def_ro("result", &FrameRecord::result)
+      .def_ro("frame", &FrameRecord::frame, "Number of the frame.")
+      .def_ro("result", &FrameRecord::result, "What the tracker said.")
       .def_prop_ro(
           "T_camera_object_true", [](const FrameRecord& record) { return pose_array(record.T_camera_object_true); },
-          kNewArray)
+          "4x4, object to camera, metres.", kNewArray)
       .def_prop_ro(
           "translation_error", [](const FrameRecord& record) { return record.error.distance(); }, "Metres.")
       .def_prop_ro(
@@ -141,13 +141,13 @@ void bind_evaluation(nb::module_& module) {
 
   using Recorded = evaluation::Sequence;
   nb::class_<Recorded>(module, "RecordedSequence", "A recorded sequence with ground truth: files of a folder.")
-      .def_ro("name", &Recorded::name)
+      .def_ro("name", &Recorded::name, "The folder's name.")
       .def_ro("frames", &Recorded::frames, "Image files in order.")
       .def_prop_ro(
           "poses", [](const Recorded& sequence) { return poses_array(sequence.truth); }, "True poses, Nx4x4.",
           kNewArray)
       .def_ro("visible", &Recorded::visible, "Visible share a frame; empty where it is not known.")
-      .def_ro("camera", &Recorded::camera)
+      .def_ro("camera", &Recorded::camera, "The camera of the frames.")
       .def_ro("model", &Recorded::model, "File of the model that comes with the sequence; '.' where none does.")
       .def_ro("model_scale", &Recorded::model_scale, "Turns the model's unit into metres.");
   module.def("load_sequence", &load_sequence, nb::arg("folder"), nb::arg("bop_object") = nb::none(),

@@ -94,13 +94,13 @@ void bind_frame_result(nb::module_& module) {
   bind_enums(module);
   bind_evidence(module);
   nb::class_<StageTimes>(module, "StageTimes", "Milliseconds of one frame, by stage.")
-      .def_ro("upload", &StageTimes::upload)
-      .def_ro("render", &StageTimes::render)
-      .def_ro("filter", &StageTimes::filter)
-      .def_ro("search", &StageTimes::search)
-      .def_ro("solve", &StageTimes::solve)
-      .def_ro("contour", &StageTimes::contour, "Part of the others.")
-      .def_ro("total", &StageTimes::total);
+      .def_ro("upload", &StageTimes::upload, "The frame to the device.")
+      .def_ro("render", &StageTimes::render, "Drawing the model.")
+      .def_ro("filter", &StageTimes::filter, "Blurring both images.")
+      .def_ro("search", &StageTimes::search, "The coarse search for a shift.")
+      .def_ro("solve", &StageTimes::solve, "Occlusion tests, constraints and solutions.")
+      .def_ro("contour", &StageTimes::contour, "Of solve, contour and edges.")
+      .def_ro("total", &StageTimes::total, "The whole frame.");
 
   nb::class_<FrameResult>(module, "FrameResult", "Where the object is in a frame, and how sure that is.")
       .def_prop_ro(
