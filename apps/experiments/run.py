@@ -70,7 +70,7 @@ def main():
     work.expected = (len(seeds) * len(scenario["scenes"]) + sum(map(len, scenario["runs"].values()))
                      + len(scenario["paper-parts"]["scenes"]) * len(scenario["paper-parts"]["options"])
                      + sweeps.steps(scenario, len(seeds)) + pictures.STEPS + 2)
-    print("experiments: {} seeds; five take half an hour on two cores. What {} holds already is kept."
+    print("experiments: {} seeds; five take a quarter of an hour on two cores. What {} holds already is kept."
           .format(len(seeds), given.work), flush=True)
 
     # A quick pass must not replace the evidence.

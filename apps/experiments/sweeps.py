@@ -1,7 +1,9 @@
-"""One thing varied at a time: thresholds, blur, speed, contrast, distance."""
+"""One thing varied at a time: thresholds, speed, contrast, distance."""
+
+import statistics
 
 from document import table
-from measures import spread
+from measures import text
 from work import tracker_options
 
 LABELS = {
@@ -36,6 +38,10 @@ def steps(scenario, seeds):
     return total + sum(len(sweeps[name]["values"]) * (seeds + trackers) for name in ("box-contrast", "distance"))
 
 
+def middle(values, digits=2):
+    return text(statistics.median(values), digits) if values else "-"
+
+
 def figures(evaluations):
     """Per cent within 10 mm and 2 degrees, and median error (mm) of frames that did not fail, a sequence each."""
     shares = [100 * e["summary"]["within_10mm_2deg"]["share"] for e in evaluations]
@@ -61,7 +67,7 @@ def thresholds(work, scenario, seeds, folders):
                                folders[settings["scene"]][:len(seeds)], options)
                 shares, errors = figures(run.evaluations())
                 rows.append([label, scenario["trackers"][tracker]["title"], "{:.3g}".format(value * unit),
-                             spread(shares, 1), spread(errors)])
+                             middle(shares, 1), middle(errors)])
     return table(["threshold of test", "tracker", "value", "frames within 10 mm and 2 deg, %", "median, mm"], rows)
 
 
@@ -102,8 +108,8 @@ def of_speed(work, scenario, seeds, folders):
 def as_table(label, curves):
     rows = []
     for name, points in curves.items():
-        rows.append([name + ": frames, %"] + [spread(shares, 1) for _, shares, _ in points])
-        rows.append([name + ": median, mm"] + [spread(errors) for _, _, errors in points])
+        rows.append([name + ": frames, %"] + [middle(shares, 1) for _, shares, _ in points])
+        rows.append([name + ": median, mm"] + [middle(errors) for _, _, errors in points])
     at = [value for value, _, _ in next(iter(curves.values()))]
     return table([label] + ["{:.3g}".format(value) for value in at], rows)
 
