@@ -114,7 +114,7 @@ def test_wrong_arguments_are_named(tracker, frames, simulation):
 
 
 def test_what_a_run_remembers_starts_the_next_one(box, big_camera, device, tmp_path):
-    """The print is on the object, not in the model; the file of the program and of the package is the same."""
+    """The print is on the object, not in the model."""
     shown = holdfast.Simulation(box, big_camera, frames=6, samples=2, seed=3, motion={"speed": 2.0})
     shape, path = (box.vertices, box.faces), tmp_path / "box.seen"
 
