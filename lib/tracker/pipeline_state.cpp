@@ -164,7 +164,9 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   const Pose& T = alignment.T_camera_object;
   result.lost_before = motion.lost();
   if (tuning_.paper()) result.least_ratio = 0.05;
-  result.surprising = state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise;
+  // A first pose may be anywhere, as long as no frame has shown it right.
+  result.surprising = state.seen ? state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise
+                                 : !tuning_.paper();
   result.near = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn);
   result.expected =
       result.near || (state.suspected && seen_often_enough(state) && goes_on(*state.suspected, T, kSameTurn));
