@@ -400,6 +400,20 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(text.find("reading is the slowest") != std::string::npos);
 }
 
+TEST_CASE("a median of ever more values takes no more memory, whatever order they come in") {
+  constexpr int kValues = 300000;
+  RunningMedian rising, by_turns;
+  for (int i = 0; i < kValues; ++i) {
+    rising.add(i);
+    by_turns.add(i % 2 == 0 ? i : kValues + i);  // what every second frame takes
+  }
+  CHECK(rising.kept() == RunningMedian::kMost);
+  // Of n values drawn at random, the median's rank has a standard deviation of 0.5 / sqrt(n).
+  const double bound = 4 * 0.5 / std::sqrt(static_cast<double>(RunningMedian::kMost));
+  CHECK(std::abs(rising.value() / kValues - 0.5) < bound);
+  CHECK(std::abs(by_turns.value() / (2 * kValues) - 0.5) < bound);
+}
+
 TEST_CASE("a summary's residuals are in one unit: the texture's, or the contour's where there is no other") {
   const auto summary_of = [](int by_contour) {
     SummaryBuilder builder;

@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::size_t kMostRangesShown = 8;
 
-double median(const std::vector<double>& values) { return values.empty() ? 0 : evaluation::quantile(values, 0.5); }
-
 void add_times(StageTimes& sum, const StageTimes& ms) {
   sum.upload += ms.upload;
   sum.render += ms.render;
@@ -48,10 +46,23 @@ const char* slowest_part(const RunSummary& summary) {
 
 }  // namespace
 
+void RunningMedian::add(double value) {
+  ++added_;
+  if (sample_.size() < kMost) {
+    sample_.push_back(value);
+    return;
+  }
+  // Each value so far is as likely to be in the sample as any other.
+  const std::uint64_t place = std::uniform_int_distribution<std::uint64_t>(0, added_ - 1)(random_);
+  if (place < kMost) sample_[place] = value;
+}
+
+double RunningMedian::value() const { return sample_.empty() ? 0 : evaluation::quantile(sample_, 0.5); }
+
 void SummaryBuilder::add(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
   ++counts_.frames;
-  ms_.push_back(result.ms.total);
+  ms_.add(result.ms.total);
   add_times(total_ms_, result.ms);
   const bool lost = result.status == Status::lost;
   if (lost) {
@@ -69,8 +80,8 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
     const bool by_contour = !result.texture.holds && result.contour.holds;
     counts_.held_by_contour += by_contour;
     Fit& fit = by_contour ? by_contour_ : by_texture_;
-    fit.residuals.push_back(by_contour ? result.contour.residual : result.texture.residual);
-    fit.used.push_back(by_contour ? result.contour.near_lines : result.texture.used_pixels);
+    fit.residual.add(by_contour ? result.contour.residual : result.texture.residual);
+    fit.used.add(by_contour ? result.contour.near_lines : result.texture.used_pixels);
   }
   last_was_lost_ = lost;
 }
@@ -79,10 +90,10 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   RunSummary summary = counts_;
   const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
   summary.complete = !report.interrupted && !report.failure;
-  summary.median_ms = median(ms_);
-  const Fit& fit = by_texture_.residuals.empty() ? by_contour_ : by_texture_;
-  summary.median_residual = median(fit.residuals);
-  summary.median_used_pixels = median(fit.used);
+  summary.median_ms = ms_.value();
+  const Fit& fit = by_texture_.residual.kept() == 0 ? by_contour_ : by_texture_;
+  summary.median_residual = fit.residual.value();
+  summary.median_used_pixels = fit.used.value();
   summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
   summary.mean_ms = divided(total_ms_, frames);
   summary.read_ms = report.read_s * 1e3 / frames;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,21 @@ struct RunSummary {
   double write_ms = 0;
 };
 
+/// The median of any number of values in bounded memory: of all up to kMost, of a random sample of kMost beyond.
+class RunningMedian {
+ public:
+  static constexpr std::size_t kMost = 8192;
+
+  void add(double value);
+  std::size_t kept() const { return sample_.size(); }
+  double value() const;  ///< 0 of none
+
+ private:
+  std::vector<double> sample_;
+  std::uint64_t added_ = 0;
+  std::minstd_rand random_;  // the same numbers in every run
+};
+
 /// Gathers the figures of frame after frame.
 class SummaryBuilder {
  public:
@@ -47,11 +63,11 @@ class SummaryBuilder {
   RunSummary counts_;
   StageTimes total_ms_;
   bool last_was_lost_ = false;
-  std::vector<double> ms_;
+  RunningMedian ms_;
   /// Of the frames held, in units of their own.
   struct Fit {
-    std::vector<double> residuals;
-    std::vector<double> used;
+    RunningMedian residual;
+    RunningMedian used;
   };
   Fit by_texture_;
   Fit by_contour_;

@@ -173,7 +173,8 @@ void FocalFit::fit(std::vector<Consensus>& frames) {
     A(0, 0) += 1 / (kUsual * kUsual);
     h(0) -= std::log(focal_ / width_) / (kUsual * kUsual);
     std::map<Part, Matrix3> inverses;
-    for (const auto& [part, own] : here.parts) {
+    for (const auto& [part, of_part] : here.parts) {
+      const Sums::OfPart& own = of_part;  // Clang before 16 lets no lambda have a structured binding
       const Matrix3 inverse = (own.A / noise + Matrix3::Identity() / (kShift * kShift)).inverse();
       inverses[part] = inverse;
       const Vector3 right = own.h / noise - shifts_[part] / (kShift * kShift);

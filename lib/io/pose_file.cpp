@@ -126,7 +126,7 @@ Pose load_pose(const fs::path& path) {
   }
   if (rows_of_four && values.size() > 16) {
     const bool is_4x4 = values[12] == 0 && values[13] == 0 && values[14] == 0 && values[15] == 1;
-    values.resize(is_4x4 ? 16 : 12);
+    values.erase(values.begin() + (is_4x4 ? 16 : 12), values.end());
   }
   if (values.size() == 6) {
     const int line = lines.front().line;

@@ -41,8 +41,8 @@ constexpr double kSnapshotTurn = 0.01;
 constexpr double kBareShare = 0.15, kPrintedShare = 0.3;
 /// Pixels from the silhouette that a snapshot leaves out: its pose is off by some.
 constexpr int kSnapshotMargin = 5;
-/// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
-constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs = 0.5;
+/// Nominal milliseconds of a view, of one of its pixels, and of one look at texture.
+constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15;
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 

@@ -89,7 +89,8 @@ def main():
     program = str(pathlib.Path(given.program).resolve())
     good = starts(program, given.starts)
     if given.frames > 0:
-        settled = min(5000, given.frames // 2)
+        # Mesa begins another block of 1 MB for what it uploads every few thousand frames, and then takes turns.
+        settled = min(20000, given.frames // 2)
         good = frames(program, given.work, given.frames, settled, 2 * MEGABYTE) and good
     sys.exit(0 if good else 1)
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <memory>
 #include <new>
 #include <optional>
 #include <string>
@@ -228,13 +227,15 @@ holdfast_code holdfast_pose_load(const char* path, double T_camera_object[16]) {
 holdfast_code holdfast_mesh_load(const char* path, double scale, holdfast_mesh** mesh) {
   return guarded([&] {
     holdfast_mesh*& out = required(mesh, "mesh");
-    out = std::make_unique<holdfast_mesh>(io::load_model(&required(path, "path"), scale)).release();
+    out = new holdfast_mesh{io::load_model(&required(path, "path"), scale)};
   });
 }
 
 holdfast_code holdfast_mesh_create(const holdfast_mesh_arrays* arrays, holdfast_mesh** mesh) {
-  return guarded(
-      [&] { required(mesh, "mesh") = std::make_unique<holdfast_mesh>(mesh_of(required(arrays, "arrays"))).release(); });
+  return guarded([&] {
+    holdfast_mesh*& out = required(mesh, "mesh");
+    out = new holdfast_mesh{mesh_of(required(arrays, "arrays"))};
+  });
 }
 
 void holdfast_mesh_destroy(holdfast_mesh* mesh) { delete mesh; }
@@ -245,9 +246,8 @@ holdfast_code holdfast_tracker_create(const holdfast_mesh* mesh, const holdfast_
     holdfast_tracker*& out = required(tracker, "tracker");
     DeviceOptions chosen;
     if (device != nullptr) chosen.device = device;
-    out = std::make_unique<holdfast_tracker>(Tracker(required(mesh, "mesh").mesh, camera_of(required(camera, "camera")),
-                                                     options_of(mode), Device(chosen)))
-              .release();
+    out = new holdfast_tracker{
+        Tracker(required(mesh, "mesh").mesh, camera_of(required(camera, "camera")), options_of(mode), Device(chosen))};
   });
 }
 
