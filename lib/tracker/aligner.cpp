@@ -41,8 +41,8 @@ constexpr double kSnapshotTurn = 0.01;
 constexpr double kBareShare = 0.15, kPrintedShare = 0.3;
 /// Pixels from the silhouette that a snapshot leaves out: its pose is off by some.
 constexpr int kSnapshotMargin = 5;
-/// Nominal milliseconds of a view, of one of its pixels, and of one look at texture.
-constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15;
+/// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
+constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs = 0.3;
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 
@@ -280,6 +280,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
 void Aligner::look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search,
                               const TrackingState& state) {
   const Pose& T = alignment.T_camera_object;
+  nominal_ms_ += kOutlineMs;
   if (tuning_.edges && edges_.has_edges()) {
     alignment.edges = edges_.linearize(T, level, search.edges, state.edges);
     alignment.has_edges = alignment.edges.found;

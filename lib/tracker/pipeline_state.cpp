@@ -165,8 +165,8 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   result.lost_before = motion.lost();
   if (tuning_.paper()) result.least_ratio = 0.05;
   // A first pose may be anywhere, as long as no frame has shown it right.
-  result.surprising = state.seen ? state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise
-                                 : !tuning_.paper();
+  result.surprising =
+      state.seen ? state.followed() && aligner_.corner_motion(prior_.T_camera_object, T) > kSurprise : !tuning_.paper();
   result.near = goes_on(motion.pose(), T, kNearTurn) || goes_on(prior_.T_camera_object, T, kNearTurn);
   result.expected =
       result.near || (state.suspected && seen_often_enough(state) && goes_on(*state.suspected, T, kSameTurn));
