@@ -176,7 +176,9 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
   }
   // What is about to be lost is worth every start; what is lost is looked for in the next frames, too.
   const auto most_ms = [&](const Alignment& alignment) {
-    if (held(alignment, state)) return std::max(kLeastMs, kMostWork * state.usual.frame_ms);
+    if (held(alignment, state) && state.usual.frame_ms > 0) {
+      return std::max(kLeastMs, kMostWork * state.usual.frame_ms);
+    }
     return state.motion.lost() ? 0.5 * tuning_.recovery_budget_ms : std::numeric_limits<double>::infinity();
   };
   std::vector<Pose> tried;
