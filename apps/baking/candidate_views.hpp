@@ -21,7 +21,7 @@ class CandidateViews {
   void clear() { poses_.clear(); }
   /// The view's number.
   std::uint16_t add(const Pose& T_camera_object);
-  /// Whether the object has moved between this view and the one added last.
+  /// True where the object has moved between this view and the one added last.
   bool moved_since(std::uint16_t view) const { return moved_[view]; }
 
  private:

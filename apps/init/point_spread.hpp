@@ -5,7 +5,7 @@
 
 #include "init/point_pairs.hpp"
 
-/// How the model's points of some pairs lie in space.
+/// Spread in space of the model's points of some pairs.
 namespace holdfast::app {
 
 /// Their mean, object frame.

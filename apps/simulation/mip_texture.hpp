@@ -16,7 +16,8 @@ class MipTexture {
   int width() const { return levels_.front().width; }
   int height() const { return levels_.front().height; }
 
-  /// What a sample stands for on the texture, in texels of the finest level: probes in a row, each averaging a square.
+  /// The part of the texture that a sample stands for, texels of the finest level: probes in a row, each averaging a
+  /// square.
   struct Footprint {
     int probes = 1;
     Eigen::Vector2f step = Eigen::Vector2f::Zero();  ///< from probe to probe

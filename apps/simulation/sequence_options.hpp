@@ -5,7 +5,8 @@
 
 namespace holdfast::simulation {
 
-/// What the options ask for. Throws Error when they contradict each other or name a file that cannot be read.
+/// The sequence that the options ask for. Throws Error when they contradict each other or name a file that cannot be
+/// read.
 SequenceOptions sequence_options(const SimulateArguments& arguments);
 
 }  // namespace holdfast::simulation

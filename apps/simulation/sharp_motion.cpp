@@ -49,7 +49,7 @@ class Polyline {
   std::vector<double> way_;  // at the end of each step
 };
 
-// How far along its straight pieces something is when it starts and ends each at rest, and has its speed in between.
+// Way along straight pieces, each begun and ended at rest, with the full speed in between.
 class Pace {
  public:
   Pace(double speed, int ease) : speed_(speed), ease_(ease) {}

@@ -97,12 +97,11 @@ void OutlineSearch::plan(const Pose& T_last) {
                    [](const Template& a, const Template& b) { return a.turn < b.turn; });
 }
 
-bool OutlineSearch::draw(View& view) {
+void OutlineSearch::draw(View& view) {
   view.drawn = true;
-  if (!shape_.draw(view.T_camera_object, level_, 0)) return false;
+  if (!shape_.draw(view.T_camera_object, level_, 0)) return;
   view.points = outline_points(shape_, samples_, levels_[static_cast<std::size_t>(level_)].camera,
                                view.T_camera_object * extent_.p_object_center, extent_.radius, kMostPoints);
-  return true;
 }
 
 void OutlineSearch::read_frame(const ColorHistograms& colors) {

@@ -54,7 +54,7 @@ class OutlineSearch {
 
   void plan(const Pose& T_last);
   void add_view(const Pose& T_view, double swing, double most_twist);
-  bool draw(View& view);
+  void draw(View& view);
   void read_frame(const ColorHistograms& colors);
   /// The place where a template agrees best, by each so many-th of its points.
   Peak best_place(const Template& shown, std::size_t each);

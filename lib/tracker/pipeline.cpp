@@ -24,8 +24,6 @@ constexpr double kSearchTurn = 0.35;
 constexpr double kMostWork = 3, kLeastMs = 6;
 /// Inlier ratio of texture that needs no help in the first frame.
 constexpr double kClearRatio = 0.7;
-/// Of so many frames in which an object of unknown appearance is lost, one looks for it by its snapshots.
-constexpr int kSnapshotsEvery = 4;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
 constexpr double kLeads = 0.5;
 

@@ -20,8 +20,7 @@ constexpr double kLeastTrust = 0.2;
 /// Share of the lines near a found contour that must be near a turned one for the shape to be symmetrical, and the
 /// turn, radians, since it was held last from which it may have turned on into another of its symmetries.
 constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
-/// Snapshots that a lost object is compared with in a frame, and pixels of one that a place is scored with, about.
-constexpr std::size_t kSnapshotsAFrame = 1;
+/// Pixels of a snapshot that a place is scored with, about.
 constexpr double kScoredPixels = 200;
 /// Inlier ratio of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3;
@@ -187,12 +186,7 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
     state_.sure_snapshot = snapshot.sure;
     state_.imaging.texture.light = {};
   };
-  std::size_t chosen = 0;
-  for (std::size_t i = 0; i < kSnapshotsAFrame; ++i) {
-    const std::size_t n = static_cast<std::size_t>(state_.motion.misses()) * kSnapshotsAFrame + i;
-    const Snapshot& snapshot = album_.nearest(prior.T_camera_object, n);
-    if (snapshot.finest != finest) continue;
-    show(snapshot);
+  const auto align = [&](const Snapshot& snapshot) {
     const Eigen::Vector2d center = swept.camera.project(snapshot.T_camera_object * extent_.p_object_center);
     const Rect shifts{-static_cast<int>(center.x()), -static_cast<int>(center.y()), swept.width, swept.height};
     const ShiftSearch::Result shift =
@@ -204,17 +198,22 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
     plan.measure = plan.expected = false;
     const Alignment start =
         aligner_.align(shifted(snapshot.T_camera_object, extent_.p_object_center, swept.camera, shift), plan, state_);
-    if (!start.solved || start.score < kHopelessScore) continue;
+    if (!start.solved || start.score < kHopelessScore) return start;
     plan = fine_plan(std::max(levels.coarsest - 2, finest), state_);
     plan.expected = false;
-    const Alignment found = aligner_.align(start.T_camera_object, plan, state_);
-    if (!found.solved || found.score <= best.score) continue;
-    best = found;
-    chosen = n;
-    if (held(best)) return;
+    return aligner_.align(start.T_camera_object, plan, state_);
+  };
+  const auto n = static_cast<std::size_t>(state_.motion.misses() / kSnapshotsEvery);
+  if (const Snapshot& snapshot = album_.nearest(prior.T_camera_object, n); snapshot.finest == finest) {
+    show(snapshot);
+    const Alignment found = align(snapshot);
+    if (found.solved && found.score > std::max(best.score, kHopelessScore)) {
+      best = found;
+      return;
+    }
   }
-  const Snapshot& snapshot = album_.nearest(prior.T_camera_object, chosen);
-  if (snapshot.finest == finest) show(snapshot);
+  const Snapshot& nearest = album_.nearest(prior.T_camera_object, 0);
+  if (nearest.finest == finest) show(nearest);
 }
 
 void Pipeline::relocalize_by_outline(Alignment& best) {

@@ -84,7 +84,7 @@ void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional
   });
 }
 
-/// What a frame shows of the object is kept as soon as it is known, and the next search makes use of it.
+/// Keeps what a frame shows of the object as soon as it is known; the next search makes use of it.
 void keep_in_mind(SharedTracker& self, const ImageView& frame, const FrameResult& result) {
   if (!self.memory || !self.memory->look(frame, result)) return;
   self.memory->save();
