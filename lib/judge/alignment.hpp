@@ -22,6 +22,7 @@ struct Alignment {
   /// By how much that frame's pose was off, as it seems now: perturbation coordinates.
   Twist snapshot_shift = Twist::Zero();
   double score = -1;        ///< of both, 1 where everything is as usual
+  bool undecided = false;   ///< a rival of it fits about as well
   bool mistakable = false;  ///< another pose fits as well, and nothing tells which it is
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
   Matrix6 covariance = Matrix6::Zero();

@@ -237,7 +237,10 @@ bool is_promising(const Alignment& a, const AcceptanceContext& context) {
 }
 
 Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
-  if (is_held(a, tuning, context)) return held(a, tuning, context);
+  if (is_held(a, tuning, context)) {
+    if (a.undecided) return {Status::lost, Reason::ambiguous, "seen, but its mirrored tilt fits as well"};
+    return held(a, tuning, context);
+  }
   if (context.print_missing) {
     return {Status::lost, Reason::low_evidence,
             "its outline is seen, but the model's print is not on it: another object, or another pose"};

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "recovery/mirrored_tilt.hpp"
+
 namespace holdfast {
 namespace {
 
@@ -30,8 +32,6 @@ constexpr std::size_t kRivals = 3;
 constexpr int kPartsASide = 3;
 constexpr std::size_t kPartsTried = 3;
 constexpr int kPartReach = 12;
-/// Tilted by less than this, radians, it is nearly its own mirror image.
-constexpr double kLeastTilt = 0.05;
 /// A candidate this near to a better one, pixels of the level and radians, is the same.
 constexpr double kSamePixels = 3, kSameTurn = 0.3;
 
@@ -191,17 +191,6 @@ void Relocalizer::keep_best(std::vector<PoseCandidate>& candidates, std::size_t 
   candidates = std::move(kept);
 }
 
-std::optional<Pose> Relocalizer::mirrored(ViewDrawer& drawer, const Pose& T_camera_object, int finest) {
-  if (!drawer.draw(T_camera_object, finest)) return {};
-  const std::optional<Eigen::Vector3d> normal = view_.mean_normal();
-  if (!normal) return {};
-  const Eigen::Vector3d to_camera = -(T_camera_object * extent_.p_object_center).normalized();
-  const Eigen::Vector3d axis = normal->cross(to_camera);
-  const double tilt = std::atan2(axis.norm(), normal->dot(to_camera));
-  if (tilt < kLeastTilt) return {};
-  return turned_about_center(T_camera_object, extent_, axis.normalized(), 2 * tilt);
-}
-
 std::vector<PoseCandidate> Relocalizer::rivals(ViewDrawer& drawer, const Pose& T_found, int closer, int finest) {
   search_.enqueue_gradients(image_, closer);
   std::vector<PoseCandidate> candidates;
@@ -212,7 +201,9 @@ std::vector<PoseCandidate> Relocalizer::rivals(ViewDrawer& drawer, const Pose& T
     }
   }
   keep_best(candidates, kRivals, closer);
-  if (const std::optional<Pose> T_mirrored = mirrored(drawer, T_found, finest)) candidates.push_back({*T_mirrored, 0});
+  if (drawer.draw(T_found, finest)) {
+    if (const auto T_mirrored = mirrored_tilt(view_, T_found, extent_)) candidates.push_back({*T_mirrored, 0});
+  }
   return candidates;
 }
 

@@ -66,7 +66,6 @@ class Relocalizer {
  private:
   PoseCandidate looked_at(ViewDrawer& drawer, const Pose& T_camera_object, int level, int reach);
   PoseCandidate turned_to_fit(ViewDrawer& drawer, const PoseCandidate& candidate, int level);
-  std::optional<Pose> mirrored(ViewDrawer& drawer, const Pose& T_camera_object, int finest);
   void keep_best(std::vector<PoseCandidate>& candidates, std::size_t count, int level) const;
   double view_cost_ms(int level) const;
 

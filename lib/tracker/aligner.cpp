@@ -240,7 +240,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
         expected_gradient_pixels_ = terms.sums.gradient * request.row_stride * (1 << (2 * (level - state.finest)));
       }
       tells = terms.sums.rows >= 6;
-      spared = state.textured && tells && spares_contour(terms, equations, state);
+      spared = !plan.all && state.textured && tells && spares_contour(terms, equations, state);
       equations += terms.equations;
       if (!state.textured) equations = about_snapshot(equations, state, alignment.snapshot_shift);
     }

@@ -61,9 +61,10 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
       }
     }
     look_for_print(best);
+    tell_from_mirrored(best, t);
     result = report(best, state_);
     last_ = best;
-    if (result.status == Status::held) {
+    if (held(best)) {
       commit(best, t);
     } else {
       miss(best, t, result);

@@ -70,6 +70,9 @@ class Pipeline {
   /// Of the poses that a symmetrical shape may be taken for, the one turned least from where it was held last;
   /// mistakable where that is far.
   void tell_apart(Alignment& found);
+  /// Compares a held pose with its mirrored tilt by all modalities, over frames, until one of them is clearly better:
+  /// that one is gone on with. Undecided until then.
+  void tell_from_mirrored(Alignment& best, double time);
   /// Whether texture tells enough to look for a lost object by it.
   bool searches_by_texture(const TrackingState& state) const;
   /// Whether it is looked for by its outline.

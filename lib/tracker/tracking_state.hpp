@@ -66,6 +66,7 @@ struct TrackingState {
   bool left_unobservable = false;  ///< the last frame left a motion unobservable
   int frames_since_colors = 0;     ///< were learned
   int contour_misses = 0;          ///< frames in a row that texture held and the contour's colours did not fit
+  double tilt_evidence = 1;        ///< of frames, for this pose and against its mirrored tilt, usual scores
   bool print_missing = false;      ///< its outline was seen last, and its print was not there
   bool seen = false;               ///< a frame has shown light and colours at a given pose
   std::optional<Pose> suspected;   ///< while it is lost: where it may have been seen in the last frame

@@ -1,0 +1,26 @@
+#include "recovery/mirrored_tilt.hpp"
+
+#include <cmath>
+
+#include "recovery/relocalizer.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Least turn between both, radians: 5 degrees.
+constexpr double kLeastTurn = 0.087;
+
+}  // namespace
+
+std::optional<Pose> mirrored_tilt(const ViewTemplate& view, const Pose& T_camera_object, const Extent& extent) {
+  const std::optional<Eigen::Vector3d> drawn = view.mean_normal();
+  if (!drawn) return {};
+  const Eigen::Vector3d normal = T_camera_object.linear() * view.T_camera_object().linear().transpose() * *drawn;
+  const Eigen::Vector3d to_camera = -(T_camera_object * extent.p_object_center).normalized();
+  const Eigen::Vector3d axis = normal.cross(to_camera);
+  const double turn = 2 * std::atan2(axis.norm(), normal.dot(to_camera));
+  if (turn < kLeastTurn) return {};
+  return turned_about_center(T_camera_object, extent, axis.normalized(), turn);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,56 @@
+// Whether a pose that is held may be its mirrored tilt.
+#include <cmath>
+
+#include "recovery/mirrored_tilt.hpp"
+#include "tracker/pipeline.hpp"
+
+namespace holdfast {
+namespace {
+
+/// Poses that are turned by less than this from each other, radians, are no rivals: 5 degrees.
+constexpr double kSamePose = 0.087;
+/// Evidence, in usual scores, that decides between two poses; a frame gives 0.3 to 1 at a tilt of 20 degrees.
+constexpr double kDecisive = 0.25;
+/// Turns below which either is taken for the other from frame to frame.
+constexpr double kOpenTurn = 0.25;
+
+double turn_between(const Pose& T_a, const Pose& T_b) {
+  return rotation_angle(T_a.linear() * T_b.linear().transpose());
+}
+
+}  // namespace
+
+void Pipeline::tell_from_mirrored(Alignment& best, double time) {
+  if (tuning_.paper() || !best.has_texture || !held(best)) return;
+  const std::optional<Pose> T_mirrored = mirrored_tilt(view_, best.T_camera_object, extent_);
+  if (!T_mirrored || turn_between(*T_mirrored, best.T_camera_object) < kOpenTurn) state_.tilt_evidence = 0;
+  if (!T_mirrored || state_.tilt_evidence >= kDecisive) return;
+  AlignmentPlan plan = fine_plan(state_.finest, state_);
+  plan.expected = plan.measure = false;
+  plan.all = true;
+  // Light from one side is learned at the pose that was believed, and would speak for it.
+  tried_ = state_;
+  tried_.imaging.lit = false;
+  const auto fit = [&](const Alignment& alignment) {
+    return alignment.texture.score() / state_.usual.expected_texture_score() +
+           outline_score(alignment, state_.usual.outline());
+  };
+  const Alignment rival = aligner_.align(*T_mirrored, plan, tried_);
+  const Alignment believed = aligner_.align(best.T_camera_object, plan, tried_);
+  if (!rival.solved || !believed.solved || turn_between(rival.T_camera_object, believed.T_camera_object) < kSamePose) {
+    return;
+  }
+  state_.tilt_evidence += fit(believed) - fit(rival);
+  if (state_.tilt_evidence > -kDecisive) {
+    best.undecided = state_.tilt_evidence < kDecisive;
+    return;
+  }
+  state_.tilt_evidence = kDecisive;
+  state_.imaging.shading = {};
+  state_.imaging.lit = false;
+  state_.motion.reset(rival.T_camera_object);
+  prior_ = state_.motion.predict(time);
+  best = aligner_.align(rival.T_camera_object, fine_plan(state_.finest, state_), state_);
+}
+
+}  // namespace holdfast
