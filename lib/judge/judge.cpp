@@ -210,6 +210,10 @@ bool is_held_by_snapshot(const Alignment& a, const AcceptanceContext& context) {
   return outline_score(a, context.usual_outline) >= kPromisingContour || context.without_outline < kMostWithoutOutline;
 }
 
+bool is_as_in_snapshot(const Alignment& a) {
+  return a.has_snapshot && texture_reliability(a.snapshot.inlier_ratio(), a.snapshot.correlation) > kSureSnapshot;
+}
+
 bool shows_all(const Alignment& a, const UsualOutline& usual) {
   if (a.has_contour && usual.contour_score > kTellingScore) return near_share(a) > kMostNear;
   return outline_score(a, usual) > kUsualOutline;

@@ -171,9 +171,11 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   ++state_.frames_since_colors;
   bool learns = false;
   if (alignment.has_contour) {
-    // Colours that fade as the light moves must be learned as long as their edges are where they should be.
-    const bool fits =
-        near_share(alignment) > kMostNear || alignment.contour.score() > kUsualShare * usual.expected_contour_score();
+    // Colours that change with the light must be learned as long as edges are where they should be, or pixels inside
+    // are what they were.
+    const bool fits = near_share(alignment) > kMostNear ||
+                      alignment.contour.score() > kUsualShare * usual.expected_contour_score() ||
+                      (state_.sure_snapshot && is_as_in_snapshot(alignment));
     state_.contour_misses = fits || !texture_as_usual ? 0 : state_.contour_misses + 1;
     learns = fits;
   } else {
