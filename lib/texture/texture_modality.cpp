@@ -22,6 +22,8 @@ constexpr double kNeverSaturated = 2;
 constexpr double kRowsPerObservation = 40;
 /// Share of gradient pixels that passes the tests by chance, and share of those that show the texture truly.
 constexpr double kChanceRatio = 0.06, kTrueRatio = 0.85;
+/// Correlation of pixels that passed the tests by chance, at most in nine of ten frames: their gradients are alike.
+constexpr double kChanceCorrelation = 0.4;
 
 }  // namespace
 
@@ -33,6 +35,10 @@ double texture_reliability(double inlier_ratio, double correlation) {
   const double visible = std::clamp((inlier_ratio - kChanceRatio) / (kTrueRatio - kChanceRatio), 0.0, 1.0);
   const double truly = inlier_ratio > 0 ? visible * kTrueRatio / std::min(inlier_ratio, kTrueRatio) : 0;
   return truly * std::max(0.0, correlation) * std::max(0.0, correlation);
+}
+
+double texture_likeness(double inlier_ratio, double correlation) {
+  return texture_reliability(inlier_ratio, (correlation - kChanceCorrelation) / (1 - kChanceCorrelation));
 }
 
 TextureModality::TextureModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,

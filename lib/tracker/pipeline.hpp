@@ -95,6 +95,8 @@ class Pipeline {
   void commit(const Alignment& alignment, double time);
   void miss(const Alignment& alignment, double time, FrameResult& result);
   void learn_usual(const Alignment& alignment, bool first, TrackingState& state) const;
+  /// Follows the object as one of unknown appearance where frames do not show the model's texture.
+  void leave_texture();
   void learn_contour(const Alignment& alignment);
   /// Keeps how the frame shows a model that has no appearance of its own.
   void learn_snapshot(const Alignment& alignment);

@@ -63,8 +63,6 @@ FrameResult Pipeline::refine(const UploadFrame& upload, const Pose& T_start) {
   TrackingState asked = state_;
   asked.motion.reset(T_start);
   asked.suspected.reset();
-  asked.textured = has_appearance_;
-  asked.faceted = faceted_;
   upload_ = &upload;
   uploaded_ = {};
   prior_ = asked.motion.predict(1);
