@@ -96,7 +96,7 @@ class Pipeline {
   void miss(const Alignment& alignment, double time, FrameResult& result);
   void learn_usual(const Alignment& alignment, bool first, TrackingState& state) const;
   /// Follows the object as one of unknown appearance where frames do not show the model's texture.
-  void leave_texture();
+  void leave_texture(const Alignment& alignment);
   void learn_contour(const Alignment& alignment);
   /// Keeps how the frame shows a model that has no appearance of its own.
   void learn_snapshot(const Alignment& alignment);

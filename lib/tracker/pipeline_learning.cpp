@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "solve/covariance.hpp"
+#include "tracker/hidden_motions.hpp"
 #include "tracker/pipeline.hpp"
 
 namespace holdfast {
@@ -38,7 +39,9 @@ constexpr double kMostlyCoherent = 0.45;
 /// Pixels with a gradient that tell whether frames show the model's texture, of how many frames it is a mean, and how
 /// little of it shows that they do not (clay 0.01, brushed metal 0.03, a label of 20 % contrast, blurred, 0.2 to 0.3).
 constexpr double kFewGradients = 100, kUnlike = 0.06;
-constexpr int kLikenessFrames = 20;
+/// Standard deviation of a turn, radians, that the outline says next to nothing of.
+constexpr double kTurnKnown = 0.2;
+constexpr int kLikenessFrames = 10, kFirstFrames = 3;
 
 double light_on(const LitPatch& patch, const DrawnLight& drawn) {
   return drawn.lit ? drawn.shading.of(patch.normal) : 1;
@@ -123,7 +126,9 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     const double score = alignment.texture.score(), ratio = alignment.texture.inlier_ratio();
     usual.texture_score += (usual.texture_score > 0 ? kTextureMemory : 1) * (score - usual.texture_score);
     // What is seen when nothing is in front: rises at once, falls slowly.
-    if (alignment.texture.sums.gradient * alignment.texture.row_stride >= kFewGradients) {
+    const double gradients = alignment.texture.sums.gradient * alignment.texture.row_stride;
+    // The light of single cells, as learned in a first frame, fits any texture to the next.
+    if (usual.held_frames > kFirstFrames && gradients >= kFewGradients) {
       const double likeness = texture_likeness(ratio, alignment.texture.correlation);
       usual.likeness_frames = std::min(usual.likeness_frames + 1, kLikenessFrames);
       usual.likeness += (likeness - usual.likeness) / usual.likeness_frames;
@@ -162,10 +167,16 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
   usual.texture_trust += (first ? 1 : kTrustMemory) * (trust - usual.texture_trust);
 }
 
-void Pipeline::leave_texture() {
+void Pipeline::leave_texture(const Alignment& alignment) {
   const UsualEvidence& usual = state_.usual;
   if (!state_.textured || tuning_.paper() || !tuning_.contour) return;
   if (usual.likeness_frames < kLikenessFrames || usual.likeness > kUnlike) return;
+  NormalEquations outline;
+  if (alignment.has_contour) outline += alignment.contour.equations;
+  if (alignment.has_edges) outline += alignment.edges.equations;
+  // Where the outline tells nothing of a turn, texture that does not fit may be turned.
+  const Matrix6 covariance = symmetric_inverse(without_faint_turns(outline).A + Matrix6::Identity());
+  if (largest_deviation(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) > kTurnKnown) return;
   state_.textured = state_.left_unobservable = false;
   state_.gradient_pixels = 0;
   state_.usual.texture_trust = 0;

@@ -120,7 +120,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   if (usual && searches_by_outline(state_)) outline_search_.remember(alignment.T_camera_object);
   learn_contour(alignment);
   learn_usual(alignment, first, state_);
-  leave_texture();
+  leave_texture(alignment);
   learn_snapshot(alignment);
   const double ms = aligner_.nominal_ms(), usual_ms = state_.usual.frame_ms;
   state_.usual.frame_ms += usual_ms > 0 ? kWorkMemory * (std::min(ms, kMostWork * usual_ms) - usual_ms) : ms;
