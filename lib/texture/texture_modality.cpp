@@ -34,11 +34,8 @@ double TextureModality::rows_per_observation() const {
 double texture_reliability(double inlier_ratio, double correlation) {
   const double visible = std::clamp((inlier_ratio - kChanceRatio) / (kTrueRatio - kChanceRatio), 0.0, 1.0);
   const double truly = inlier_ratio > 0 ? visible * kTrueRatio / std::min(inlier_ratio, kTrueRatio) : 0;
-  return truly * std::max(0.0, correlation) * std::max(0.0, correlation);
-}
-
-double texture_likeness(double inlier_ratio, double correlation) {
-  return texture_reliability(inlier_ratio, (correlation - kChanceCorrelation) / (1 - kChanceCorrelation));
+  const double alike = std::max(0.0, (correlation - kChanceCorrelation) / (1 - kChanceCorrelation));
+  return truly * alike * alike;
 }
 
 TextureModality::TextureModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,

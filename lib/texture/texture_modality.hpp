@@ -111,7 +111,4 @@ class TextureModality {
 /// rendered view and frame correlate so over them: pixels pass by chance, too.
 double texture_reliability(double inlier_ratio, double correlation);
 
-/// The same without what any other texture reaches there: 0 where frames do not show this one at all.
-double texture_likeness(double inlier_ratio, double correlation);
-
 }  // namespace holdfast

@@ -30,7 +30,7 @@ constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
 constexpr double kBetterEvidence = 0.01, kClearEvidence = 0.03;
 /// Reliability of a snapshot that is found; turn (radians), change of distance (logarithm) and frames in which it is
 /// not found, after which another is taken.
-constexpr double kFoundSnapshot = 0.2, kAnotherTurn = 0.2, kAnotherNearer = 0.1;
+constexpr double kFoundSnapshot = 0.02, kAnotherTurn = 0.2, kAnotherNearer = 0.1;
 constexpr int kMostSnapshotMisses = 5;
 /// Share of a snapshot's pixels that must be seen for another to be as sure.
 constexpr double kMostlySeen = 0.5;
@@ -129,9 +129,8 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     const double gradients = alignment.texture.sums.gradient * alignment.texture.row_stride;
     // The light of single cells, as learned in a first frame, fits any texture to the next.
     if (usual.held_frames > kFirstFrames && gradients >= kFewGradients) {
-      const double likeness = texture_likeness(ratio, alignment.texture.correlation);
       usual.likeness_frames = std::min(usual.likeness_frames + 1, kLikenessFrames);
-      usual.likeness += (likeness - usual.likeness) / usual.likeness_frames;
+      usual.likeness += (alignment.texture.reliability - usual.likeness) / usual.likeness_frames;
     }
     usual.inlier_ratio = std::max(ratio, usual.inlier_ratio + kRatioMemory * (ratio - usual.inlier_ratio));
   }
