@@ -140,16 +140,23 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     // Something in front of it must not become usual.
     const double square = std::min(off * off, kLow * kLow * usual.contour_variance);
     usual.contour_variance += kContourMemory * (square - usual.contour_variance);
-    const double weight =
-        usual.contour_score <= 0 ? 1.0 : std::max(kContourMemory, 1.0 / (2 + std::max(0, usual.held_frames)));
+    const double near = near_share(alignment);
+    const bool hidden = near < kMostNear * usual.contour_near;
+    const double weight = usual.contour_score <= 0 ? 1.0
+                          : hidden                 ? kRatioMemory
+                                   : std::max(kContourMemory, 1.0 / (2 + std::max(0, usual.held_frames)));
     usual.contour_score += weight * (score - usual.contour_score);
-    usual.contour_near += weight * (near_share(alignment) - usual.contour_near);
+    usual.contour_near += weight * (near - usual.contour_near);
     usual.contour_information = alignment.contour.equations.A / (state.textured ? usual.contour_excess : 1.0);
   }
   const double outline = usual.contour_information.trace();
   if (alignment.has_edges) {
     const double score = std::max(0.0, alignment.edges.score());
-    usual.edge_score += (usual.edge_score > 0 ? kContourMemory : 1) * (score - usual.edge_score);
+    const bool hidden = alignment.has_contour && near_share(alignment) < kMostNear * usual.contour_near;
+    usual.edge_score += (usual.edge_score <= 0 ? 1
+                         : hidden              ? kRatioMemory
+                                               : kContourMemory) *
+                        (score - usual.edge_score);
     const double edges = alignment.edges.equations.A.trace();
     const double contour = alignment.has_contour ? alignment.contour.equations.A.trace() : 0;
     if (edges + contour > 0) {
