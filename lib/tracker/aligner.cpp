@@ -225,7 +225,8 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
   for (int i = 0; i < kContourIterations; ++i) {
     const Pose& T = alignment.T_camera_object;
     NormalEquations equations = prior_equations(T, plan, T_start);
-    const OutlineCloseness search = search_for(level, state.finest, i, last_step);
+    const OutlineCloseness search = plan.still ? OutlineCloseness{kClosestSearch, kClosestEdgeSearch}
+                                               : search_for(level, state.finest, i, last_step);
     bool tells = false, spared = false;
     if (state.compares()) {
       const Pose D = renormalized(T * view_.T_camera_object().inverse());
@@ -252,6 +253,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
     }
     alignment.solved = tells;
     if (!tells) return;
+    if (plan.still) break;
     ++solved_systems_;
     ++alignment.iterations;
     Twist y = equations.A.ldlt().solve(equations.h);

@@ -25,6 +25,7 @@ struct AlignmentPlan {
   double most_motion = 1e9;   ///< pixels of the frame, beyond which the alignment gives up
   bool expected = true;       ///< the motion prior counts; otherwise a weak one about the start
   bool measure = true;        ///< the covariance is wanted
+  bool still = false;         ///< looks at the start, does not move
   bool all = false;           ///< no modality is spared
   bool contour = true;        ///< the contour is asked where it can change the pose
 };

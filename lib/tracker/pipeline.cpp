@@ -79,7 +79,14 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   const bool first = !state_.seen && state_.textured && tuning_.contour;
   const std::optional<Alignment> direct = follow_directly(prior);
   if (direct && (!first || direct->texture.inlier_ratio() > kClearRatio)) return *direct;
-  if (!first) return follow_fully(hypotheses(prior), true, state_);
+  if (!first) {
+    const Alignment best = follow_fully(hypotheses(prior), true, state_);
+    if (state_.motion.lost() || best.score >= 1) return best;
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
+    plan.still = true;
+    const Alignment still = aligner_.align(prior.T_camera_object, plan, state_);
+    return still.solved && still.score > best.score ? still : best;
+  }
   // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
   tried_ = state_;
   tried_.textured = false;
