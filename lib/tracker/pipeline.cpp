@@ -81,7 +81,8 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   if (direct && (!first || direct->texture.inlier_ratio() > kClearRatio)) return *direct;
   if (!first) {
     const Alignment best = follow_fully(hypotheses(prior), true, state_);
-    if (state_.motion.lost() || best.score >= 1) return best;
+    if (state_.textured || state_.motion.lost() || best.score >= 1) return best;
+    // Coarse levels may lead an outline to another edge, from where nothing leads back.
     AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.still = true;
     const Alignment still = aligner_.align(prior.T_camera_object, plan, state_);
