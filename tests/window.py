@@ -12,7 +12,8 @@ import time
 from pathlib import Path
 
 HELD = (90, 255, 120)  # the contour of an object that is held, RGB
-PATIENCE = 60  # seconds
+PATIENCE = 300  # seconds: only a failure takes so long, and a busy machine draws late
+STILL = 2  # seconds, in which four frames would be shown
 
 
 def pixels(screen):
@@ -30,9 +31,12 @@ def contour(screen):
     return sum(all(abs(a - b) < 12 for a, b in zip(pixel, HELD)) for pixel in pixels(screen))
 
 
-def wait_for(what, condition):
+def wait_for(what, condition, program=None):
+    """Until the condition holds; a program that ends before that is a failure at once."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
+        if program is not None and program.poll() is not None:
+            sys.exit(f"The program ended with exit code {program.returncode} before this: {what}")
         if condition():
             return
         time.sleep(0.3)
@@ -93,32 +97,36 @@ def main():
         with open(folder / "errors.txt", "w") as errors:
             run = subprocess.Popen(track, cwd=folder, env=display.environment, stdout=errors, stderr=errors)
         try:
-            wait_for("the contour of the box on the screen", lambda: contour(display.screen) > 200)
+            def rows():
+                return (folder / "poses.csv").read_text().count("\n")
+
+            def stands_still():
+                before = rows(), pixels(display.screen)
+                time.sleep(STILL)
+                return before == (rows(), pixels(display.screen))
+
+            wait_for("the contour of the box on the screen", lambda: contour(display.screen) > 200, run)
             display.press("space")
-            time.sleep(1.5)
-            rows = (folder / "poses.csv").read_text().count("\n")
-            before = pixels(display.screen)
-            time.sleep(2)
-            check((folder / "poses.csv").read_text().count("\n") == rows, "space pauses")
-            check(pixels(display.screen) == before, "the picture stands still")
+            wait_for("space pauses, and the picture stands still", stands_still, run)
+            paused_at, before = rows(), pixels(display.screen)
+            check(paused_at < 35, "before the last frame")
             display.press("s")
-            wait_for("a saved picture", lambda: list(folder.glob("holdfast-*.png")))
+            wait_for("a saved picture", lambda: list(folder.glob("holdfast-*.png")), run)
             display.press("c")
             display.press("period")
-            wait_for("a step by one frame", lambda: (folder / "poses.csv").read_text().count("\n") == rows + 1)
-            time.sleep(1)
-            check((folder / "poses.csv").read_text().count("\n") == rows + 1, "a step is one frame")
-            wait_for("the classes of pixels on the screen",
-                     lambda: sum(a != b for a, b in zip(before, pixels(display.screen))) > 50000)
+            wait_for("a step by one frame, to the classes of pixels", lambda: rows() == paused_at + 1 and
+                     sum(a != b for a, b in zip(before, pixels(display.screen))) > 50000, run)
+            time.sleep(STILL)
+            check(rows() == paused_at + 1, "a step is one frame")
             display.press("q")
             wait_for("the end of the program", lambda: run.poll() is not None)
             check(run.returncode == 0, "q ends it as a run that came to its end")
-            check(rows < 35, "before the last frame")
             errors = (folder / "errors.txt").read_text()
             check(errors == "" or "saved to" in errors, f"nothing else is said: {errors}")
         finally:
             run.kill()
             run.wait()
+            print((folder / "errors.txt").read_text(), end="")
     print("shown, paused, stepped, saved and ended")
 
 

@@ -14,7 +14,7 @@
 namespace holdfast::app {
 namespace {
 
-constexpr unsigned kPatience = 10;  // seconds
+constexpr unsigned kPatience = 30;  // seconds: a toolkit loads slowly on a busy machine or over a network
 
 bool has_display() {
   const auto is_set = [](const char* name) {

@@ -234,8 +234,9 @@ def test_every_page_is_in_the_site():
 
 
 def test_options_are_those_of_the_help(program):
-    if "\nOPTIONS:" in subprocess.check_output([os.environ["HOLDFAST_PROGRAM"], "devices", "--help"], text=True):
-        pytest.skip("this version of CLI11 lays help out otherwise than the page")
+    said = subprocess.check_output([os.environ["HOLDFAST_PROGRAM"], "simulate", "--help"], text=True)
+    if "--seed N [1] " in said:
+        pytest.skip("this version of CLI11 writes defaults in brackets, the page has them after an equals sign")
     done = subprocess.run(
         [sys.executable, "-B", ROOT / "apps" / "docs" / "options.py", os.environ["HOLDFAST_PROGRAM"], "--check"],
         capture_output=True, text=True,
