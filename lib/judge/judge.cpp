@@ -37,7 +37,7 @@ constexpr double kHeldContour = 0.6, kFoundContour = 0.75;
 constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3, kTellingShare = 0.1;
 /// Reliability of a snapshot that holds the object, and how many frames in a row it may do so where the outline does
 /// not show it.
-constexpr double kSureSnapshot = 0.7;
+constexpr double kSureSnapshot = 0.45;
 constexpr int kMostWithoutOutline = 10;
 /// Share of the usual score where nothing hides the outline and colours tell nothing.
 constexpr double kUsualOutline = 0.8;

@@ -1,0 +1,125 @@
+// Clay: weak, blotchy colour that a model's texture hardly shows, in light that changes.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "holdfast/tracker.hpp"
+#include "simulation/sequence.hpp"
+#include "support/paper_box.hpp"
+#include "support/simulated.hpp"
+
+namespace {
+
+using namespace holdfast;
+using namespace holdfast::test;
+using simulation::Sequence;
+using simulation::SequenceOptions;
+
+constexpr int kFrames = 40;
+
+/// Blotches of some millimetres, no two seeds alike.
+Texture blotches(std::uint32_t seed) {
+  Texture texture;
+  texture.width = texture.height = 64;
+  std::uint32_t state = seed;
+  for (int i = 0; i < texture.width * texture.height; ++i) {
+    state = state * 1664525U + 1013904223U;
+    const auto shade = static_cast<std::uint8_t>((state >> 24) % 40);
+    for (const int base : {135, 120, 100}) texture.rgba.push_back(static_cast<std::uint8_t>(base + shade));
+    texture.rgba.push_back(255);
+  }
+  return texture;
+}
+
+/// A stepped block, 140 x 100 x 80 mm, that looks different from every side.
+Mesh block(std::uint32_t seed) {
+  Mesh mesh;
+  const std::array<std::array<float, 6>, 2> parts{
+      {{-0.07F, -0.05F, -0.04F, 0.07F, 0.0F, 0.04F}, {-0.07F, 0.0F, -0.04F, 0.0F, 0.05F, 0.02F}}};
+  for (const auto& [x0, y0, z0, x1, y1, z1] : parts) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const bool far : {false, true}) {
+        const Eigen::Vector3f low(x0, y0, z0), high(x1, y1, z1);
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (int corner = 0; corner < 4; ++corner) {
+          Eigen::Vector3f p;
+          p[axis] = far ? high[axis] : low[axis];
+          p[u] = corner == 1 || corner == 2 ? high[u] : low[u];
+          p[v] = corner >= 2 ? high[v] : low[v];
+          mesh.positions.push_back(p);
+          mesh.texture_coordinates.emplace_back(4 * p[u] + 0.5F, 4 * p[v] + 0.5F);
+        }
+        for (const std::uint32_t last : {2U, 3U}) {
+          if (far) {
+            mesh.triangles.push_back({first, first + last - 1, first + last});
+          } else {
+            mesh.triangles.push_back({first, first + last, first + last - 1});
+          }
+        }
+      }
+    }
+  }
+  mesh.materials.push_back({"clay", blotches(seed)});
+  return mesh;
+}
+
+Mesh plain(Mesh mesh) {
+  mesh.materials.clear();
+  mesh.texture_coordinates.clear();
+  return mesh;
+}
+
+SequenceOptions lit(double ambient, const Eigen::Vector3d& from, double intensity, std::uint64_t seed) {
+  SequenceOptions options = paper_camera(kFrames, 5, seed);
+  options.lighting.ambient = ambient;
+  options.lighting.lights[0].position = from;
+  options.lighting.lights[0].intensity = intensity;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("clay with another's blotches for a texture: held by its outline and by what frames show of it") {
+  int left = 0;
+  for (const std::uint64_t seed : {3, 4, 5}) {
+    CAPTURE(seed);
+    const Sequence sequence(block(1), lit(0.45, {-0.6, -1.0, -0.3}, 0.65, seed));
+    Tracker tracker(block(2), sequence.camera());
+    tracker.reset(sequence.pose(0), view_of(sequence.frame(0)));
+    FrameResult result;
+    int held = 0, wrong = 0;
+    for (int i = 1; i < kFrames; ++i) {
+      result = tracker.track(view_of(sequence.frame(i)));
+      const PoseError error = pose_error(sequence.pose(i), result.T_camera_object);
+      held += result.status == Status::held;
+      wrong += result.status == Status::held && (error.millimetres > 20 || error.degrees > 5);
+    }
+    CHECK(held >= kFrames - 2);
+    CHECK(wrong == 0);
+    left += !result.texture.asked && result.snapshot.asked;
+  }
+  CHECK(left >= 2);
+}
+
+TEST_CASE("light that changes at once, on a model without appearance: held on") {
+  for (const std::uint64_t seed : {3, 4, 5}) {
+    CAPTURE(seed);
+    const Sequence before(block(1), lit(0.45, {-0.6, -1.0, -0.3}, 0.65, seed)),
+        after(block(1), lit(0.25, {1.0, 0.2, -0.5}, 0.1, seed));
+    Tracker tracker(plain(block(1)), before.camera());
+    tracker.reset(before.pose(0), view_of(before.frame(0)));
+    int held = 0, wrong = 0;
+    for (int i = 1; i < kFrames; ++i) {
+      const FrameResult result = tracker.track(view_of((i < kFrames / 2 ? before : after).frame(i)));
+      const PoseError error = pose_error(before.pose(i), result.T_camera_object);
+      held += result.status == Status::held;
+      wrong += result.status == Status::held && (error.millimetres > 20 || error.degrees > 5);
+    }
+    CHECK(held >= kFrames - 2);
+    CHECK(wrong == 0);
+  }
+}
