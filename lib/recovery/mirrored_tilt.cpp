@@ -5,12 +5,6 @@
 #include "recovery/relocalizer.hpp"
 
 namespace holdfast {
-namespace {
-
-/// Least turn between both, radians: 5 degrees.
-constexpr double kLeastTurn = 0.087;
-
-}  // namespace
 
 std::optional<Pose> mirrored_tilt(const ViewTemplate& view, const Pose& T_camera_object, const Extent& extent) {
   const std::optional<Eigen::Vector3d> drawn = view.mean_normal();
@@ -19,7 +13,7 @@ std::optional<Pose> mirrored_tilt(const ViewTemplate& view, const Pose& T_camera
   const Eigen::Vector3d to_camera = -(T_camera_object * extent.p_object_center).normalized();
   const Eigen::Vector3d axis = normal.cross(to_camera);
   const double turn = 2 * std::atan2(axis.norm(), normal.dot(to_camera));
-  if (turn < kLeastTurn) return {};
+  if (turn < kSamePose) return {};
   return turned_about_center(T_camera_object, extent, axis.normalized(), turn);
 }
 

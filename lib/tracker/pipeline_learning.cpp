@@ -36,12 +36,12 @@ constexpr int kMostSnapshotMisses = 5;
 constexpr double kMostlySeen = 0.5;
 /// Share of the lines across edges that must see one for a first pose to be taken at its word.
 constexpr double kMostlyCoherent = 0.45;
-/// Pixels with a gradient that tell whether frames show the model's texture, of how many frames it is a mean, and how
-/// little of it shows that they do not (clay 0.01, brushed metal 0.03, a label of 20 % contrast, blurred, 0.2 to 0.3).
-constexpr double kFewGradients = 100, kUnlike = 0.06;
+/// Mean reliability of texture below which frames do not show it (clay 0.01, brushed metal 0.03, a label of 20 %
+/// contrast, blurred, 0.2 to 0.3), of how many frames, and first ones that do not count.
+constexpr double kUnlike = 0.06;
+constexpr int kLikenessFrames = 10, kFirstFrames = 3;
 /// Standard deviation of a turn, radians, that the outline says next to nothing of.
 constexpr double kTurnKnown = 0.2;
-constexpr int kLikenessFrames = 10, kFirstFrames = 3;
 
 double light_on(const LitPatch& patch, const DrawnLight& drawn) {
   return drawn.lit ? drawn.shading.of(patch.normal) : 1;

@@ -8,8 +8,6 @@
 namespace holdfast {
 namespace {
 
-/// Poses that are turned by less than this from each other, radians, are no rivals: 5 degrees.
-constexpr double kSamePose = 0.087;
 /// Evidence, in usual scores, that decides between two poses, and what one frame gives at most (at a tilt of
 /// 20 degrees it would be 0.3 to 1): two frames at least.
 constexpr double kDecisive = 0.25, kMostOfFrame = 0.15;

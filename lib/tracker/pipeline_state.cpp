@@ -30,8 +30,6 @@ constexpr int kAppearancesAFrame = 32;
 constexpr int kOutlineSeen = 3;
 /// Motion, pixels, below which blur that is not known does not matter.
 constexpr double kBlurs = 6;
-/// Pixels with a gradient, fewer of which are no texture to go by.
-constexpr double kFewGradients = 100;
 
 }  // namespace
 

@@ -27,7 +27,7 @@ struct UsualEvidence {
   double gain = 1;            ///< of the frame over the texture
   double unobservable = 0;    ///< share of the frames that leave a motion unobservable
   double frame_ms = 0;        ///< nominal work of a held frame, running mean (Aligner::nominal_ms)
-  double likeness = 0;        ///< of what frames show to the model's texture (print_likeness), running mean
+  double likeness = 0;        ///< reliability of texture after the first frames, running mean
   int likeness_frames = 0;    ///< that it is a mean of
   int held_frames = 0;
 
@@ -42,6 +42,8 @@ struct UsualEvidence {
   bool unobservable_usually() const { return held_frames == 0 || unobservable > 0.5; }
 };
 
+/// Pixels with a gradient, fewer of which are no texture to go by.
+inline constexpr double kFewGradients = 100;
 /// Share of the usual score that is believed at once.
 inline constexpr double kUsualShare = 0.8;
 
