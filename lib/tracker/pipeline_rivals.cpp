@@ -1,5 +1,4 @@
 // Whether a pose that is held may be its mirrored tilt.
-#include <algorithm>
 #include <cmath>
 
 #include "recovery/mirrored_tilt.hpp"
@@ -8,9 +7,8 @@
 namespace holdfast {
 namespace {
 
-/// Evidence, in usual scores, that decides between two poses, and what one frame gives at most (at a tilt of
-/// 20 degrees it would be 0.3 to 1): two frames at least.
-constexpr double kDecisive = 0.25, kMostOfFrame = 0.15;
+/// Evidence, in usual scores, that decides between two poses; a frame gives 0.3 to 1 at a tilt of 20 degrees.
+constexpr double kDecisive = 0.5;
 /// Turns below which either is taken for the other from frame to frame.
 constexpr double kOpenTurn = 0.25;
 
@@ -40,7 +38,7 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   if (!rival.solved || !believed.solved || turn_between(rival.T_camera_object, believed.T_camera_object) < kSamePose) {
     return;
   }
-  state_.tilt_evidence += std::clamp(fit(believed) - fit(rival), -kMostOfFrame, kMostOfFrame);
+  state_.tilt_evidence += fit(believed) - fit(rival);
   if (state_.tilt_evidence > -kDecisive) {
     best.undecided = state_.tilt_evidence < kDecisive;
     return;
