@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "baking/model_completion.hpp"
+#include "baking/outline_guard.hpp"
+#include "baking/start_by_outline.hpp"
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
@@ -121,14 +123,20 @@ int TrackCommand::run() const {
   if (T_camera_object) require_in_front(mesh, *T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
+  std::optional<baking::OutlineGuard> guard;
+  std::optional<Device> opened_device;
   if (!completed_model.empty()) {
     baking::CompletionOptions completing;
     completing.textures.keep = true;
     source.next(first_frame.emplace());
+    if (!mesh.has_appearance()) {
+      guard.emplace(mesh, calibrated, options, opened_device.emplace(opened.get()));
+      T_camera_object = start_by_outline(*guard, first_frame->image, *T_camera_object, quiet);
+    }
     completion.emplace(mesh, calibrated, first_frame->image, *T_camera_object, completing);
     mesh = completion->model();
   }
-  Tracker follower(mesh, calibrated, options, opened.get());
+  Tracker follower(mesh, calibrated, options, opened_device ? *opened_device : opened.get());
   if (T_camera_object) follower.reset(*T_camera_object);
   notice.reset();
   std::optional<StartSearch> start_search;
@@ -202,6 +210,7 @@ int TrackCommand::run() const {
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }
+    if (guard) tracked.result = guard->check(follower, view, time_s, tracked.result);
     if (loss_search) loss_search->look(follower, view, time_s, tracked.result);
     if (tracked.pictured) {
       tracked.mask = follower.pixel_mask();
