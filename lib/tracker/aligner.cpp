@@ -301,7 +301,8 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   outline = without_faint_turns(outline);
   if (!state.textured) return outline;
   outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
-  outline *= 1 / state.usual.contour_excess;
+  // As far as there is texture that it turned out too sure beside.
+  outline *= 1 / (1 + (state.usual.contour_excess - 1) * alignment.texture.reliability);
   return outline;
 }
 
