@@ -302,7 +302,8 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   if (!state.textured) return outline;
   outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
   // As far as there is texture that it turned out too sure beside.
-  outline *= 1 / (1 + (state.usual.contour_excess - 1) * alignment.texture.reliability);
+  const double believed = state.usual.likeness_frames > 0 ? state.usual.likeness : 1;
+  outline *= 1 / (1 + (state.usual.contour_excess - 1) * believed);
   return outline;
 }
 
