@@ -46,7 +46,7 @@ bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& con
 /// Whether the contour is there, where the object may be.
 bool is_held_by_contour(const Alignment& alignment, const AcceptanceContext& context);
 
-/// Whether the object's pixels are those of the snapshot, as far as they show it.
+/// The object's pixels are those of the snapshot, as far as they show it.
 bool is_as_in_snapshot(const Alignment& alignment);
 
 /// Whether its pixels are those that a frame showed of it.

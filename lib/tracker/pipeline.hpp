@@ -61,7 +61,7 @@ class Pipeline {
   Alignment follow_once(const Pose& T_start, const TrackingState& state);
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
-  /// Of so many frames in which an object of unknown appearance is lost, one looks for it by a snapshot, each by
+  /// One of so many frames in which an object of unknown appearance is lost looks for it by a snapshot, each by
   /// another.
   static constexpr int kSnapshotsEvery = 4;
   /// As frames showed it before, shifted over the whole picture. The album must hold some.

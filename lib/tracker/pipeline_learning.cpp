@@ -180,7 +180,7 @@ void Pipeline::leave_texture(const Alignment& alignment) {
   NormalEquations outline;
   if (alignment.has_contour) outline += alignment.contour.equations;
   if (alignment.has_edges) outline += alignment.edges.equations;
-  // Where the outline tells nothing of a turn, texture that does not fit may be turned.
+  // Texture that does not fit may be turned, where the outline tells nothing of a turn.
   const Matrix6 covariance = symmetric_inverse(without_faint_turns(outline).A + Matrix6::Identity());
   if (largest_deviation(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) > kTurnKnown) return;
   state_.textured = state_.left_unobservable = false;

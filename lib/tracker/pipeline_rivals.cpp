@@ -1,4 +1,4 @@
-// Whether a pose that is held may be its mirrored tilt.
+// A held pose and its mirrored tilt: which of them frames show.
 #include <cmath>
 
 #include "recovery/mirrored_tilt.hpp"
