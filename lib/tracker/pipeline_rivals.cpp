@@ -35,6 +35,7 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   };
   const Alignment rival = aligner_.align(*T_mirrored, plan, tried_);
   const Alignment believed = aligner_.align(best.T_camera_object, plan, tried_);
+  view_.clear();  // it is drawn in other light than light is learned from
   if (!rival.solved || !believed.solved || turn_between(rival.T_camera_object, believed.T_camera_object) < kSamePose) {
     return;
   }
