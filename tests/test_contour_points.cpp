@@ -35,7 +35,8 @@ class Drawing {
 
   std::vector<ContourPoint> points(std::size_t most = 10000, int reach = kReach) const {
     std::vector<ContourPoint> points(3);
-    contour_points({depth_.data(), rect_, {kNear, kFar}}, camera(), most, reach, points);
+    ContourScan scan;
+    contour_points({depth_.data(), rect_, {kNear, kFar}}, camera(), most, reach, scan, points);
     return points;
   }
 

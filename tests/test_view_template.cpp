@@ -6,6 +6,7 @@
 #include "base/levels.hpp"
 #include "device/device_impl.hpp"
 #include "image/view_template.hpp"
+#include "support/painted_object.hpp"
 #include "support/render_comparison.hpp"
 
 namespace {
@@ -24,7 +25,7 @@ double tilt_error(const Pose& T_camera_object, int level) {
   request.T_camera_object = T_camera_object;
   request.finest = level;
   REQUIRE(view.enqueue(request));
-  const auto normal = view.mean_normal();
+  const auto normal = view.flat_normal(0.001);
   REQUIRE(normal.has_value());
   const Eigen::Vector3d axis = T_camera_object.linear().col(2);
   const Eigen::Vector3d towards_camera = axis.dot(T_camera_object.translation()) < 0 ? axis : -axis;
@@ -52,5 +53,21 @@ TEST_CASE("an object that is a few pixels large has no plane") {
   ViewRequest request;
   request.T_camera_object = pose_at({0, 0, 15});
   REQUIRE(view.enqueue(request));
-  CHECK_FALSE(view.mean_normal().has_value());
+  CHECK_FALSE(view.flat_normal(0.001).has_value());
+}
+
+TEST_CASE("what is seen of a box has a plane only as far as so much depth about it is allowed") {
+  const Device device;
+  const auto levels = make_levels(kRenderCamera, 2);
+  ImageFilter filter(device.impl(), 1.0);
+  Mesh mesh;
+  add_box(mesh, {0, 0, 0}, {0.1F, 0.1F, 0.1F});
+  ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);
+  ViewRequest request;
+  request.T_camera_object = pose_at({0, 0, 0.6}, {0, 0.785, 0});
+  REQUIRE(view.enqueue(request));
+  // Two faces that slant away by 71 mm each: deviation from their middle plane 71 / sqrt(12) mm.
+  CHECK_FALSE(view.flat_normal(0.018).has_value());
+  REQUIRE(view.flat_normal(0.023).has_value());
+  CHECK(view.flat_normal(0.023)->z() < -0.99);
 }

@@ -21,6 +21,9 @@ constexpr std::size_t kLine = 2 * ContourConstraints::kReach + 1;
 ContourConstraints::ContourConstraints(const Device::Impl& device, const std::vector<Level>& levels)
     : device_(device), levels_(levels) {
   points_.reserve(kMostLines);
+  const auto side = static_cast<std::size_t>(levels[0].width + levels[0].height);
+  scan_.pixels.reserve(8 * side);  // of a contour that crosses the picture as often
+  scan_.marks.reserve(side);
   lines_.reserve(kMostLines);
   sums_.resize(kMostLines * HF_CONTOUR_SUMS);
   bins_.resize(kMostLines * kLine);
@@ -35,7 +38,7 @@ ContourConstraints::ContourConstraints(const Device::Impl& device, const std::ve
 void ContourConstraints::set_points(const DrawnDepth& drawn, int level) {
   level_ = level;
   lines_.clear();
-  contour_points(drawn, levels_[static_cast<std::size_t>(level)].camera, kMostLines, kReach, points_);
+  contour_points(drawn, levels_[static_cast<std::size_t>(level)].camera, kMostLines, kReach, scan_, points_);
   if (points_.empty()) return;
   device_.queue.enqueueWriteBuffer(points_buffer_, CL_TRUE, 0, points_.size() * sizeof(ContourPoint), points_.data());
 }

@@ -71,6 +71,7 @@ class ContourConstraints {
   const Device::Impl& device_;
   const std::vector<Level>& levels_;
   int level_ = 0;
+  ContourScan scan_;
   std::vector<ContourPoint> points_;
   enum class Line : std::uint8_t { silent, far, near };
   std::vector<Line> lines_;  ///< of the last evaluate(); empty: none since the contour was set

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace holdfast {
 namespace {
@@ -31,10 +32,14 @@ class Silhouette {
   float depth(int x, int y) const { return drawn_.depth[static_cast<std::size_t>(y) * width() + x]; }
   bool drawn(int x, int y) const { return x >= 0 && y >= 0 && x < width() && y < height(); }
   bool object(int x, int y) const { return depth(x, y) < 1.0F; }
-  /// An object's pixel beside one that is not; its neighbours must be drawn.
-  bool on_contour(int x, int y) const {
-    const float* here = drawn_.depth + static_cast<std::ptrdiff_t>(y) * width() + x;
-    return *here < 1.0F && !(here[-1] < 1.0F && here[1] < 1.0F && here[-width()] < 1.0F && here[width()] < 1.0F);
+  /// Which pixels of a row are the object's and beside one that is not; all neighbours must be drawn.
+  void mark_contour(int y, int margin, std::vector<std::uint8_t>& marks) const {
+    const float* here = drawn_.depth + static_cast<std::ptrdiff_t>(y) * width();
+    const float *above = here - width(), *below = here + width();
+    for (int x = margin; x + margin < width(); ++x) {
+      const float farthest = std::max(std::max(here[x - 1], here[x + 1]), std::max(above[x], below[x]));
+      marks[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>((here[x] < 1.0F) & (farthest >= 1.0F));
+    }
   }
 
  private:
@@ -54,7 +59,7 @@ float reach_along(const Silhouette& silhouette, const Eigen::Vector2d& from, con
 
 }  // namespace
 
-void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach,
+void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach, ContourScan& scan,
                     std::vector<ContourPoint>& points) {
   points.clear();
   const Silhouette silhouette(drawn);
@@ -62,18 +67,20 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
   const auto in_picture = [&](double x, double y) {
     return x > -0.5 && y > -0.5 && x < camera.width - 0.5 && y < camera.height - 0.5;
   };
-  const auto each = [&](auto&& visit) {
-    for (int y = kAround; y + kAround < rect.height; ++y) {
-      for (int x = kAround; x + kAround < rect.width; ++x) {
-        if (silhouette.on_contour(x, y) && in_picture(x + rect.x, y + rect.y)) visit(x, y);
-      }
+  auto& [pixels, marks] = scan;
+  pixels.clear();
+  marks.assign(static_cast<std::size_t>(rect.width), 0);
+  for (int y = kAround; y + kAround < rect.height; ++y) {
+    silhouette.mark_contour(y, kAround, marks);
+    const auto end = marks.end() - std::min(kAround, rect.width);
+    for (auto mark = std::find(marks.begin(), end, 1); mark != end; mark = std::find(mark + 1, end, 1)) {
+      const int x = static_cast<int>(mark - marks.begin());
+      if (in_picture(x + rect.x, y + rect.y)) pixels.push_back({x, y});
     }
-  };
-  std::size_t pixels = 0;
-  each([&](int, int) { ++pixels; });
+  }
   // Rows hold pixels of both sides in turn: every n-th would be of one side only.
   constexpr double kGoldenRatio = 0.6180339887498949;
-  const double share = pixels > most ? static_cast<double>(most) / static_cast<double>(pixels) : 1;
+  const double share = pixels.size() > most ? static_cast<double>(most) / static_cast<double>(pixels.size()) : 1;
   std::array<std::array<double, 2 * kAround + 1>, 2 * kAround + 1> weight;
   double all = 0;
   for (int v = -kAround; v <= kAround; ++v) {
@@ -83,10 +90,10 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
       all += w;
     }
   }
-  std::size_t seen = 0;
-  each([&](int x, int y) {
-    const double turns = kGoldenRatio * static_cast<double>(seen++);
-    if (turns - std::floor(turns) >= share || points.size() >= most) return;
+  for (std::size_t i = 0; i < pixels.size() && points.size() < most; ++i) {
+    const double turns = kGoldenRatio * static_cast<double>(i);
+    if (turns - std::floor(turns) >= share) continue;
+    const auto [x, y] = pixels[i];
     double inside = 0;
     Eigen::Vector2d towards = Eigen::Vector2d::Zero();
     for (int v = -kAround; v <= kAround; ++v) {
@@ -97,20 +104,20 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
         towards += w * Eigen::Vector2d(u, v);
       }
     }
-    if (towards.norm() < 0.05 * all) return;  // thinner than what is looked at
+    if (towards.norm() < 0.05 * all) continue;  // thinner than what is looked at
     const Eigen::Vector2d normal = -towards.normalized();
     const Eigen::Vector2d at = Eigen::Vector2d(x, y) + kSigma * distance_of_share(inside / all) * normal;
     ContourPoint point;
     point.normal = normal.cast<float>();
     point.inside = reach_along(silhouette, at, -normal, true, reach);
     point.outside = reach_along(silhouette, at, normal, false, reach);
-    if (point.inside < kLeastInside) return;
+    if (point.inside < kLeastInside) continue;
     const double z = drawn.range.metric(static_cast<double>(silhouette.depth(x, y)));
     point.p_camera =
         Eigen::Vector3d(z * (at.x() + rect.x - camera.cx) / camera.fx, z * (at.y() + rect.y - camera.cy) / camera.fy, z)
             .cast<float>();
     points.push_back(point);
-  });
+  }
 }
 
 }  // namespace holdfast

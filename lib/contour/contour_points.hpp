@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "device/shared.h"
@@ -18,9 +19,18 @@ struct ContourPoint {
 };
 static_assert(sizeof(ContourPoint) == HF_CONTOUR_POINT * sizeof(float));
 
+/// Working memory of contour_points().
+struct ContourScan {
+  struct Pixel {
+    int x, y;
+  };
+  std::vector<Pixel> pixels;
+  std::vector<std::uint8_t> marks;
+};
+
 /// At most `most` points, evenly along the contour where it lies inside the picture; the object must be seen for some
 /// pixels inside of each. `reach`: pixels that the lines are looked at on either side (equation 23 of docs/math.md).
-void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach,
+void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach, ContourScan& scan,
                     std::vector<ContourPoint>& points);
 
 }  // namespace holdfast

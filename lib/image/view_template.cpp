@@ -259,12 +259,13 @@ std::optional<Eigen::Vector3d> ViewTemplate::normal_at(int x, int y) const {
   return -normal.normalized();
 }
 
-std::optional<Eigen::Vector3d> ViewTemplate::mean_normal() const {
+std::optional<Eigen::Vector3d> ViewTemplate::flat_normal(double most_relief) const {
   // On a plane 1/Z = (n . ray) / (n . P), linear in the ray.
-  constexpr int kStep = 2, kFewest = 20;
+  constexpr int kStep = 4, kFewest = 20;
   const Camera& camera = levels_[drawn_level_].camera;
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
   Eigen::Vector3d sums = Eigen::Vector3d::Zero();
+  double squares = 0;
   int count = 0;
   for (int row = 0; row < drawn_.height; row += kStep) {
     for (int column = 0; column < drawn_.width; column += kStep) {
@@ -275,11 +276,16 @@ std::optional<Eigen::Vector3d> ViewTemplate::mean_normal() const {
                                 1);
       products += ray * ray.transpose();
       sums += inverse * ray;
+      squares += inverse * inverse;
       ++count;
     }
   }
   if (count < kFewest) return {};
-  return -products.ldlt().solve(sums).normalized();
+  const Eigen::Vector3d plane = products.ldlt().solve(sums);
+  // dZ = Z^2 d(1/Z).
+  const double off = std::sqrt(std::max(0.0, squares - sums.dot(plane)) / count);
+  if (off * count > most_relief * squares) return {};
+  return -plane.normalized();
 }
 
 void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {

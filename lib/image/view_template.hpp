@@ -97,7 +97,7 @@ class ViewTemplate {
 
   /// Unit normal, towards the camera (camera axes), of the plane nearest to all the surface drawn last; none where
   /// next to nothing was drawn.
-  std::optional<Eigen::Vector3d> mean_normal() const;
+  std::optional<Eigen::Vector3d> flat_normal(double most_relief) const;
 
   const Planes& planes(int level) const { return planes_[static_cast<std::size_t>(level)]; }
   const Pose& T_camera_object() const { return T_camera_object_; }

@@ -26,7 +26,6 @@ struct Alignment {
   bool mistakable = false;  ///< another pose fits as well, and nothing tells which it is
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
   Matrix6 covariance = Matrix6::Zero();
-  Matrix6 texture_covariance = Matrix6::Zero();  ///< likewise, of motion and texture alone
   Twist last_step_camera = Twist::Zero();
   int iterations = 0;
   std::optional<double> coarse_score;  ///< of texture, where coarse levels led here

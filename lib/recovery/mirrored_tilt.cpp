@@ -5,9 +5,15 @@
 #include "recovery/relocalizer.hpp"
 
 namespace holdfast {
+namespace {
+
+/// Depth of what is seen about a plane, object radii, that shows which way it is tilted.
+constexpr double kFlat = 0.04;
+
+}  // namespace
 
 std::optional<Pose> mirrored_tilt(const ViewTemplate& view, const Pose& T_camera_object, const Extent& extent) {
-  const std::optional<Eigen::Vector3d> drawn = view.mean_normal();
+  const std::optional<Eigen::Vector3d> drawn = view.flat_normal(kFlat * extent.radius);
   if (!drawn) return {};
   const Eigen::Vector3d normal = T_camera_object.linear() * view.T_camera_object().linear().transpose() * *drawn;
   const Eigen::Vector3d to_camera = -(T_camera_object * extent.p_object_center).normalized();

@@ -19,7 +19,8 @@ std::vector<OutlinePoint> outline_points(const DepthView& view, const std::vecto
   const Eigen::Vector2f center = camera.project(p_center).cast<float>();
   std::vector<OutlinePoint> points;
   std::vector<ContourPoint> contour;
-  contour_points(view.drawn(), camera, most, 2, contour);
+  ContourScan scan;
+  contour_points(view.drawn(), camera, most, 2, scan, contour);
   for (const ContourPoint& point : contour) {
     const Eigen::Vector2f at = camera.project(point.p_camera.cast<double>()).cast<float>() - center;
     points.push_back({at.x(), at.y(), std::atan2(point.normal.y(), point.normal.x()), true});

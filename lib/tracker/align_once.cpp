@@ -35,8 +35,7 @@ Alignment Aligner::align_once(const Pose& T_start, const TrackingState& state) {
   alignment.T_camera_object = perturbed(T_start, y, extent_);
   alignment.score = score(alignment, state, state.usual.expected_texture_score());
   const Matrix6 others = prior_equations(T_start, plan, T_start).A;
-  alignment.covariance = alignment.texture_covariance =
-      texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others);
+  alignment.covariance = texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others);
   return alignment;
 }
 

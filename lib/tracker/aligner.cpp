@@ -12,8 +12,8 @@
 namespace holdfast {
 namespace {
 
-/// Steps below this many pixels of the level end its iterations; each step is about a quarter of the one before.
-constexpr double kConvergedPixels = 0.05, kConvergedPixelsCoarse = 0.4;
+/// Steps below this many pixels end the iterations of coarser levels.
+constexpr double kConvergedCoarse = 0.4;
 /// A view is drawn anew when the pose has moved by more than this many pixels since.
 constexpr double kRedrawPixels = 1.5;
 /// Longest step of one solution, pixels of the level: rows are linear over about a pixel of blur.
@@ -33,6 +33,8 @@ constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
+/// Pixels with a gradient that are enough of a snapshot: it says less than a texture, and the outline is beside it.
+constexpr double kEnoughOfSnapshot = 2000;
 /// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
 /// information: of a can's turn the outline has less, and that only from its facets.
 constexpr double kSnapshotTurn = 0.01;
@@ -109,7 +111,9 @@ double Aligner::corner_motion(const Pose& T_a, const Pose& T_b) const {
 int Aligner::row_stride(int level, const TrackingState& state) const {
   if (tuning_.paper()) return 1;
   const double pixels = expected_gradient_pixels_ / (1 << (2 * (level - state.finest)));
-  return std::clamp(static_cast<int>(std::lround(pixels / tuning_.enough_pixels)), 1, kMostStride);
+  return std::clamp(
+      static_cast<int>(std::lround(pixels / (state.textured ? tuning_.enough_pixels : kEnoughOfSnapshot))), 1,
+      kMostStride);
 }
 
 ViewRequest Aligner::view_request(const Pose& T_camera_object, int finest, int count, const TrackingState& state,
@@ -273,7 +277,7 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
     }
     const bool outline = alignment.has_contour || alignment.has_edges;
     const bool closest = !outline || level > state.finest || &search.contour == &kClosestSearch;
-    if (closest && pixels < (finest ? kConvergedPixels : kConvergedPixelsCoarse)) break;
+    if (closest && pixels < (finest ? plan.converged : kConvergedCoarse)) break;
     if (!outline && i + 1 >= tuning_.iterations) break;
   }
   alignment.score = score(alignment, state, finest ? state.usual.expected_texture_score() : state.usual.coarse_score);
@@ -300,11 +304,7 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   if (!alignment.has_texture && !alignment.has_snapshot) return outline;  // nothing else tells of turns
   outline = without_faint_turns(outline);
   if (!state.textured) return outline;
-  outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
-  // As far as there is texture that it turned out too sure beside.
-  const double believed = state.usual.likeness_frames > 0 ? state.usual.likeness : 1;
-  outline *= 1 / (1 + (state.usual.contour_excess - 1) * believed);
-  return outline;
+  return without_hidden(outline, alignment.texture, view_.T_camera_object());
 }
 
 NormalEquations Aligner::about_snapshot(const NormalEquations& relative, const TrackingState& state,
@@ -351,30 +351,24 @@ void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const Tra
     Twist shift;
     relative = about_snapshot(relative, state, shift);
   }
-  Matrix6 others = relative.A;
-  Matrix6 elsewhere = Matrix6::Zero();
+  // Motions that do not show are looked for once a frame, where the pose is known.
+  if (state.textured && !state.left_unobservable && !tuning_.paper()) {
+    texture_.remove_unobservable(view_, plan.finest, alignment.texture);
+  }
+  if (alignment.has_contour || alignment.has_edges) relative += outline_equations(alignment, state);
+  if (!state.textured) {
+    alignment.covariance = symmetric_inverse(relative.A);
+    return;
+  }
+  const Camera& camera = levels_[static_cast<std::size_t>(plan.finest)].camera;
+  Matrix6 elsewhere =
+      drawing_covariance({alignment.T_camera_object * extent_.p_object_center, extent_.radius}, camera.fx);
+  if (tuning_.motion_blur && state.followed()) {
+    elsewhere += state.motion.within_exposure(alignment.imaging.exposure.share);
+  }
   const Matrix6 B = to_camera_axes(alignment.T_camera_object);
-  if (state.textured) {
-    const Camera& camera = levels_[static_cast<std::size_t>(plan.finest)].camera;
-    elsewhere = drawing_covariance({alignment.T_camera_object * extent_.p_object_center, extent_.radius}, camera.fx);
-    if (tuning_.motion_blur && state.followed()) {
-      elsewhere += state.motion.within_exposure(alignment.imaging.exposure.share);
-    }
-    elsewhere = (B.transpose() * elsewhere * B).eval();
-    // Motions that do not show are looked for once a frame, where the pose is known.
-    if (!state.left_unobservable && !tuning_.paper())
-      texture_.remove_unobservable(view_, plan.finest, alignment.texture);
-    alignment.covariance = alignment.texture_covariance =
-        texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
-    if (!alignment.has_contour && !alignment.has_edges) return;
-  }
-  others += outline_equations(alignment, state).A;
-  if (state.textured) {
-    alignment.covariance =
-        texture_.covariance(view_, alignment.texture, alignment.last_step_camera, others) + elsewhere;
-  } else {
-    alignment.covariance = symmetric_inverse(others);
-  }
+  alignment.covariance = texture_.covariance(view_, alignment.texture, alignment.last_step_camera, relative.A) +
+                         B.transpose() * elsewhere * B;
 }
 
 Aligner::Fit Aligner::fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across) {

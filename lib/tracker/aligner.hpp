@@ -22,6 +22,7 @@ struct AlignmentPlan {
   bool shift_search = false;  ///< before the first iteration, on the coarsest level
   int redraws = 1;            ///< on the finest level, where the pose has moved away from the view
   int light_from = -1;        ///< coarser level whose view's gain and bias are begun with; -1: the object's
+  double converged = 0.05;    ///< steps of so many pixels end it
   double most_motion = 1e9;   ///< pixels of the frame, beyond which the alignment gives up
   bool expected = true;       ///< the motion prior counts; otherwise a weak one about the start
   bool measure = true;        ///< the covariance is wanted

@@ -11,6 +11,8 @@
 namespace holdfast {
 namespace {
 
+/// Steps of texture, pixels, that end its iterations: each is about a quarter of the one before.
+constexpr double kConvergedTexture = 0.1;
 /// Pixels that the prediction may be off, of a frame and of the one before, to go to the finest level at once.
 constexpr double kMostSurprise = 2;
 /// Poses that move the object's corners by less than so many pixels are the same start.
@@ -214,6 +216,7 @@ AlignmentPlan Pipeline::fine_plan(int coarsest, const TrackingState& state) cons
   AlignmentPlan plan;
   plan.coarsest = coarsest;
   plan.finest = state.finest;
+  if (state.textured) plan.converged = kConvergedTexture;
   plan.expected = state.motion.moving() && !state.motion.lost() && tuning_.expected_motion && tuning_.predict_velocity;
   return plan;
 }

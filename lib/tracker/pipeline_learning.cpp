@@ -15,8 +15,6 @@ constexpr double kTextureMemory = 0.5, kRatioMemory = 0.02, kTrustMemory = 0.1, 
 /// Frames between learning the contour's colours where texture leads; misses after which they are of other
 /// surroundings.
 constexpr int kColorsEvery = 8, kMostContourMisses = 3;
-/// How fast the contour's excess follows what each frame says, how much that is at most, and its bounds.
-constexpr double kExcessMemory = 0.1, kMostSquare = 4, kLeastExcess = 1, kMostExcess = 30;
 /// Share of the view's gradients that light may make to be drawn, and what of that it must be below to be drawn again.
 constexpr double kMostLight = 0.2, kAgain = 0.7;
 /// Light from one side that is not worth drawing.
@@ -27,7 +25,7 @@ constexpr double kLow = 2;
 /// How texels are averaged is measured in the first frames and then in one of so many once it is clear; of how many
 /// measurements evidence is a mean, what it must be to change the choice, and to be clear.
 constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
-constexpr double kBetterEvidence = 0.01, kClearEvidence = 0.03;
+constexpr double kFullyConverged = 0.02, kBetterEvidence = 0.01, kClearEvidence = 0.03;
 /// Reliability of a snapshot that is found; turn (radians), change of distance (logarithm) and frames in which it is
 /// not found, after which another is taken.
 constexpr double kFoundSnapshot = 0.02, kAnotherTurn = 0.2, kAnotherNearer = 0.1;
@@ -147,7 +145,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
                                    : std::max(kContourMemory, 1.0 / (2 + std::max(0, usual.held_frames)));
     usual.contour_score += weight * (score - usual.contour_score);
     usual.contour_near += weight * (near - usual.contour_near);
-    usual.contour_information = alignment.contour.equations.A / (state.textured ? usual.contour_excess : 1.0);
+    usual.contour_information = alignment.contour.equations.A;
   }
   const double outline = usual.contour_information.trace();
   if (alignment.has_edges) {
@@ -194,15 +192,6 @@ void Pipeline::learn_contour(const Alignment& alignment) {
   const AcceptanceContext context = this->context(alignment, state_);
   const bool by_texture = is_held_by_texture(alignment, context);
   const bool texture_as_usual = by_texture && alignment.texture.inlier_ratio() > kUsualShare * usual.inlier_ratio;
-  if (alignment.has_contour && by_texture && alignment.texture_covariance.trace() > 0) {
-    // The contour's pull away from where texture leads, beside what both are said to be off by.
-    const Matrix6 information = alignment.contour.equations.A / usual.contour_excess;
-    const Twist pull = alignment.contour.equations.h / usual.contour_excess;
-    const Matrix6 weak = 1e-9 * (1 + information.trace()) * Matrix6::Identity();
-    const double square = pull.dot((alignment.texture_covariance + symmetric_inverse(information + weak)) * pull) / 6;
-    const double factor = std::pow(std::clamp(square, 1 / kMostSquare, kMostSquare), kExcessMemory);
-    usual.contour_excess = std::clamp(usual.contour_excess * factor, kLeastExcess, kMostExcess);
-  }
   ++state_.frames_since_colors;
   bool learns = false;
   if (alignment.has_contour) {
@@ -265,6 +254,7 @@ void Pipeline::learn_texels(const Alignment& alignment) {
     AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.expected = plan.measure = plan.contour = false;
     plan.redraws = 0;
+    plan.converged = kFullyConverged;
     const ConstraintSums sums = aligner_.align(alignment.T_camera_object, plan, tried).texture.sums;
     return sums.rows >= 6 ? sums.weighted_square / std::max(1.0, sums.weight) : 0;
   };

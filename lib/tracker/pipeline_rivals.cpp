@@ -11,6 +11,9 @@ namespace {
 constexpr double kDecisive = 0.5;
 /// Turns below which either is taken for the other from frame to frame.
 constexpr double kOpenTurn = 0.25;
+/// Where both lead to poses turned by less than this, radians, they are not compared in so many frames.
+constexpr double kOnePose = 0.02;
+constexpr int kOnePosePause = 5;
 
 double turn_between(const Pose& T_a, const Pose& T_b) {
   return rotation_angle(T_a.linear() * T_b.linear().transpose());
@@ -22,7 +25,7 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   if (tuning_.paper() || !best.has_texture || !held(best)) return;
   const std::optional<Pose> T_mirrored = mirrored_tilt(view_, best.T_camera_object, extent_);
   if (!T_mirrored || turn_between(*T_mirrored, best.T_camera_object) < kOpenTurn) state_.tilt_evidence = 0;
-  if (!T_mirrored || state_.tilt_evidence >= kDecisive) return;
+  if (!T_mirrored || state_.tilt_evidence >= kDecisive || --state_.tilt_pause > 0) return;
   AlignmentPlan plan = fine_plan(state_.finest, state_);
   plan.expected = plan.measure = false;
   plan.all = true;
@@ -36,9 +39,10 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   const Alignment rival = aligner_.align(*T_mirrored, plan, tried_);
   const Alignment believed = aligner_.align(best.T_camera_object, plan, tried_);
   view_.clear();  // it is drawn in other light than light is learned from
-  if (!rival.solved || !believed.solved || turn_between(rival.T_camera_object, believed.T_camera_object) < kSamePose) {
-    return;
-  }
+  if (!rival.solved || !believed.solved) return;
+  const double apart = turn_between(rival.T_camera_object, believed.T_camera_object);
+  if (apart < kOnePose) state_.tilt_pause = kOnePosePause;
+  if (apart < kSamePose) return;
   state_.tilt_evidence += fit(believed) - fit(rival);
   if (state_.tilt_evidence > -kDecisive) {
     best.undecided = state_.tilt_evidence < kDecisive;

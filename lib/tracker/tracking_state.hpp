@@ -23,12 +23,11 @@ struct UsualEvidence {
   double texture_trust = 1;                       ///< share of texture in the information of both, running mean
   Matrix6 contour_information = Matrix6::Zero();  ///< of the contour where it was last seen
   Matrix6 outline_information = Matrix6::Zero();  ///< the same of contour and edges
-  double contour_excess = 8;  ///< by which the contour's information turned out too large beside texture
-  double gain = 1;            ///< of the frame over the texture
-  double unobservable = 0;    ///< share of the frames that leave a motion unobservable
-  double frame_ms = 0;        ///< nominal work of a held frame, running mean (Aligner::nominal_ms)
-  double likeness = 0;        ///< reliability of texture after the first frames, running mean
-  int likeness_frames = 0;    ///< that it is a mean of
+  double gain = 1;                                ///< of the frame over the texture
+  double unobservable = 0;                        ///< share of the frames that leave a motion unobservable
+  double frame_ms = 0;                            ///< nominal work of a held frame, running mean (Aligner::nominal_ms)
+  double likeness = 0;                            ///< reliability of texture after the first frames, running mean
+  int likeness_frames = 0;                        ///< that it is a mean of
   int held_frames = 0;
 
   /// Of contour and edges before any is known: barely more than chance makes.
@@ -71,6 +70,7 @@ struct TrackingState {
   int frames_since_colors = 0;     ///< were learned
   int contour_misses = 0;          ///< frames in a row that texture held and the contour's colours did not fit
   double tilt_evidence = 1;        ///< of frames, for this pose and against its mirrored tilt, usual scores
+  int tilt_pause = 0;              ///< frames in which they are not compared
   bool print_missing = false;      ///< its outline was seen last, and its print was not there
   bool seen = false;               ///< a frame has shown light and colours at a given pose
   std::optional<Pose> suspected;   ///< while it is lost: where it may have been seen in the last frame
