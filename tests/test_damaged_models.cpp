@@ -140,6 +140,34 @@ TEST_CASE("Counts that a file cannot hold are refused before anything is made of
   CHECK(peak_megabytes() - before < 100);
 }
 
+TEST_CASE("glTF: elements without data are zeros where they are few, and refused where a short file has millions") {
+  const TemporaryFolder folder;
+  // `count` vertices at the origin but for 1 and 2, of which the file has places.
+  const auto zeros = [&folder](const std::string& count, const std::string& nodes) {
+    const std::string text = R"({"asset":{"version":"2.0"},
+          "buffers":[{"byteLength":26,"uri":"data:;base64,AQIAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAA="}],
+          "bufferViews":[{"buffer":0,"byteLength":2},{"buffer":0,"byteOffset":2,"byteLength":24}],
+          "accessors":[{"componentType":5126,"type":"VEC3","sparse":{"count":2,"indices":{"bufferView":0,
+            "componentType":5121},"values":{"bufferView":1}},"count":)";
+    return folder.write(
+        "zeros.gltf",
+        text + count + R"(}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[)" + nodes + "]}");
+  };
+  const std::string node = R"({"mesh":0})";
+  const Mesh mesh = io::load_model(zeros("3", node));
+  REQUIRE(mesh.positions.size() == 3);
+  CHECK(mesh.positions[0] == Eigen::Vector3f::Zero());
+  CHECK(mesh.positions[1] == Eigen::Vector3f::UnitX());
+  CHECK(mesh.positions[2] == Eigen::Vector3f::UnitY());
+  CHECK(io::load_model(zeros("1000000", node)).triangles.size() == 1);
+  const long before = peak_megabytes();
+  CHECK_ERROR(io::load_model(zeros("60000000", node)), ErrorCode::file, "zeros.gltf", "no data for 60000000 elements");
+  CHECK(peak_megabytes() - before < 100);
+  std::string nodes = node;
+  for (int i = 0; i < 8; ++i) nodes += "," + node;
+  CHECK_ERROR(io::load_model(zeros("1000000", nodes)), ErrorCode::file, "zeros.gltf", "no data for 5000000 elements");
+}
+
 TEST_CASE("glTF: nesting, loops and indices that lead nowhere") {
   const TemporaryFolder folder;
   for (const int depth : {100, 1000000}) {

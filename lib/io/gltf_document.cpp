@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::size_t kMostElements = std::size_t{1} << 26;  // of an accessor
+constexpr std::size_t kMostZeros = std::size_t{1} << 22;     // elements that a short file may have without their data
 
 const json kEmptyObject = json::object();
 const json kEmptyList = json::array();
@@ -283,6 +284,8 @@ GltfValues GltfDocument::values(std::size_t accessor) {
     read.values.resize(count * layout.components);
     read_elements(layout, bytes, stride, count, read.values.data());
   } else {
+    zeros_ += count;
+    if (zeros_ > kMostZeros) fail(fmt::format("it has no data for {} elements of its accessors", zeros_));
     read.values.resize(count * layout.components);
   }
   if (sparse) read_sparse(described, layout, read);

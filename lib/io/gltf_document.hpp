@@ -74,6 +74,7 @@ class GltfDocument {
   bool has_chunk_ = false;
   nlohmann::json root_;
   std::map<std::size_t, std::string> buffers_;
+  std::size_t zeros_ = 0;  ///< elements read that no buffer view holds, of all accessors together
 };
 
 }  // namespace holdfast::io
