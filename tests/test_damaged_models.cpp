@@ -168,6 +168,19 @@ TEST_CASE("glTF: elements without data are zeros where they are few, and refused
   CHECK_ERROR(io::load_model(zeros("1000000", nodes)), ErrorCode::file, "zeros.gltf", "no data for 5000000 elements");
 }
 
+TEST_CASE("glTF: triangles without area count, however often a short file shows them") {
+  const TemporaryFolder folder;
+  // Zeros: 30,000 vertices in one place, shown by 1001 nodes.
+  std::string nodes = R"({"mesh":0})";
+  for (int i = 0; i < 1000; ++i) nodes += R"(,{"mesh":0})";
+  const std::string document =
+      R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":360000,"uri":"data:;base64,)" + std::string(480000, 'A') +
+      R"("}],"bufferViews":[{"buffer":0,"byteLength":360000}],"accessors":[{"bufferView":0,"componentType":5126,
+          "count":30000,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[)" +
+      nodes + "]}";
+  CHECK_ERROR(io::load_model(folder.write("flat.gltf", document)), ErrorCode::model, "flat.gltf", "10 million");
+}
+
 TEST_CASE("glTF: nesting, loops and indices that lead nowhere") {
   const TemporaryFolder folder;
   for (const int depth : {100, 1000000}) {

@@ -36,6 +36,9 @@ std::uint32_t MeshAssembly::index_of(const Vertex& vertex) {
 }
 
 void MeshAssembly::add_triangle(const std::array<Vertex, 3>& corners, std::uint32_t material) {
+  if (++added_ > kMostTriangles) {
+    throw Error(ErrorCode::model, "a model of more than 10 million triangles: simplify it");
+  }
   const auto wrapped = wrapped_.find(material);
   if (wrapped != wrapped_.end()) {
     wrapped->second.triangles.push_back(corners);
@@ -48,9 +51,6 @@ void MeshAssembly::append(const std::array<Vertex, 3>& corners, std::uint32_t ma
   const std::array<std::uint32_t, 3> triangle{index_of(corners[0]), index_of(corners[1]), index_of(corners[2])};
   const auto& [a, b, c] = triangle;
   if (a != b && b != c && c != a) {
-    if (mesh_.triangles.size() == kMostTriangles) {
-      throw Error(ErrorCode::model, "a model of more than 10 million triangles: simplify it");
-    }
     mesh_.triangles.push_back(triangle);
     mesh_.triangle_materials.push_back(material);
   }
@@ -76,6 +76,7 @@ Mesh MeshAssembly::take() {
   }
   wrapped_.clear();
   vertices_.clear();
+  added_ = 0;
   return std::exchange(mesh_, {});
 }
 

@@ -27,7 +27,7 @@ class MeshAssembly {
   MeshAssembly(bool with_texture_coordinates, bool with_colors)
       : with_texture_coordinates_(with_texture_coordinates), with_colors_(with_colors) {}
 
-  /// Throws Error(model) for more than ten million.
+  /// Throws Error(model) for more than ten million, those without area too.
   void add_triangle(const std::array<Vertex, 3>& corners, std::uint32_t material);
   /// A texture that is not repeated beyond its borders is drawn larger, so that a renderer that repeats shows the same.
   std::uint32_t add_material(Material material, const Wrapping& wrapping = {});
@@ -50,6 +50,7 @@ class MeshAssembly {
   bool with_texture_coordinates_;
   bool with_colors_;
   Mesh mesh_;
+  std::size_t added_ = 0;                     ///< triangles, those without area too
   std::map<std::uint32_t, Wrapped> wrapped_;  ///< by material
   std::unordered_map<Vertex, std::uint32_t, Hash> vertices_;
 };
