@@ -51,6 +51,31 @@ std::string binary_ply(const std::array<std::int32_t, 6>& indices) {
   return bytes;
 }
 
+/// Corners of two facets.
+constexpr std::array<std::array<float, 9>, 2> kFacets = {{{0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 0, 1, 1, 0, 0, 1, 0}}};
+
+std::string text_stl() {
+  std::string text = "solid vertex of two\n";
+  for (const auto& corners : kFacets) {
+    text += "facet normal 0 0 1\n outer loop\n";
+    for (std::size_t k = 0; k < 9; ++k)
+      text += (k % 3 == 0 ? "  vertex " : " ") + std::to_string(corners[k]) + (k % 3 == 2 ? "\n" : "");
+    text += " endloop\nendfacet\n";
+  }
+  return text + "endsolid vertex of two\n";
+}
+
+std::string binary_stl(std::string header, const std::array<std::uint16_t, 2>& attributes) {
+  header.resize(80, ' ');
+  put(header, std::uint32_t{2});
+  for (std::size_t facet = 0; facet < 2; ++facet) {
+    for (const float value : {0.F, 0.F, 1.F}) put(header, value);
+    for (const float value : kFacets[facet]) put(header, value);
+    put(header, attributes[facet]);
+  }
+  return header;
+}
+
 std::string off(const std::string& faces) { return "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n" + faces; }
 
 std::string glb(const std::string& document, std::uint32_t said, std::uint32_t total) {
@@ -80,6 +105,66 @@ TEST_CASE("PLY: cut anywhere, in text and bytes, it is refused or what is whole 
       CHECK_ERROR(io::load_model(folder.write("cut.ply", whole.substr(0, length))), ErrorCode::file, "cut.ply");
     }
   }
+}
+
+TEST_CASE("STL: cut anywhere, in text and bytes, it is refused or what is whole is read") {
+  const TemporaryFolder folder;
+  const std::string text = text_stl(), binary = binary_stl("solid in name", {0, 0});
+  for (const std::string& whole : {text, binary}) {
+    const Mesh mesh = io::load_model(folder.write("whole.stl", whole), 0.5);
+    CHECK(mesh.triangles.size() == 2);
+    CHECK(mesh.colors.empty());
+    REQUIRE(mesh.positions.size() == 4);
+    CHECK(mesh.positions[3] == Eigen::Vector3f(0, 0.5, 0));
+  }
+  for (std::size_t length = 0; length < binary.size(); ++length) {
+    CAPTURE(length);
+    const auto path = folder.write("cut.stl", binary.substr(0, length));
+    const test::CaughtError cut = test::error_of([&] { (void)io::load_model(path); });
+    CHECK(cut.thrown);
+    CHECK(cut.message.find("cut.stl") != std::string::npos);
+  }
+  for (std::size_t length = 0; length < text.size(); ++length) {
+    CAPTURE(length);
+    const std::string cut = text.substr(0, length);
+    const auto facets = [&cut](const std::string& word) {
+      std::size_t count = 0;
+      for (std::size_t at = 0; (at = cut.find(word, at)) != cut.npos; ++at) ++count;
+      return count;
+    };
+    const std::size_t begun = facets("\nfacet"), ended = facets("endfacet");
+    const auto path = folder.write("cut.stl", cut);
+    if (begun == ended && ended > 0) {
+      CHECK(io::load_model(path).triangles.size() == ended);
+    } else {
+      const test::CaughtError error = test::error_of([&] { (void)io::load_model(path); });
+      CHECK(error.thrown);
+      CHECK(error.message.find("cut.stl") != std::string::npos);
+    }
+  }
+  CHECK_ERROR(io::load_model(folder.write("n.stl", "solid a\nfacet\nvertex 0 x 0\nendfacet\n")), ErrorCode::file,
+              "n.stl", "line 3", "'x'");
+  CHECK_ERROR(io::load_model(folder.write("two.stl", "solid a\nfacet\nvertex 0 0 0\nfacet\n")), ErrorCode::file,
+              "two.stl", "line 4");
+}
+
+TEST_CASE("STL: colours of facets, in the order of either program that writes them") {
+  const TemporaryFolder folder;
+  using Color = std::array<std::uint8_t, 4>;
+  constexpr std::uint16_t low = 0x8000 | 31, none = 0;
+  const auto colors = [&](const std::string& header, std::uint16_t first, std::uint16_t second) {
+    return io::load_model(folder.write("colors.stl", binary_stl(header, {first, second}))).colors;
+  };
+  CHECK(colors("", none, none).empty());
+  CHECK(colors("COLOR=abcd", none, none).empty());
+  std::vector<Color> seen = colors("", low, none);
+  REQUIRE(seen.size() == 6);  // corners of two colours are two vertices
+  CHECK(seen.front() == Color{0, 0, 255, 255});
+  CHECK(seen.back() == Color{153, 153, 153, 255});
+  seen = colors("COLOR=abcd", low, none);
+  REQUIRE(seen.size() == 6);
+  CHECK(seen.front() == Color{255, 0, 0, 255});
+  CHECK(seen.back() == Color{'a', 'b', 'c', 'd'});
 }
 
 TEST_CASE("Indices that no vertex has are refused in every format") {
@@ -215,6 +300,8 @@ TEST_CASE("Bytes changed at random never do more than be refused") {
       {"r.ply", text_ply("3 0 1 2\n3 0 2 3\n")},
       {"s.ply", binary_ply({0, 1, 2, 0, 2, 3})},
       {"r.off", off("3 0 1 2\n4 0 1 2 3\n")},
+      {"r.stl", text_stl()},
+      {"s.stl", binary_stl("", {0, 0x8000})},
       {"r.obj", obj},
       {"r.glb", glb(R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[]})", 62, 82)},
       {"r.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":36,"uri":"data:;base64,)" +

@@ -153,7 +153,7 @@ std::vector<Feature> ply_features() {
 std::vector<Feature> other_features() {
   const auto off = [](const std::string& text) { return std::map<std::string, std::string>{{"m.off", text}}; };
   std::string stl(80, ' ');
-  stl += raw<std::uint32_t>({1}) + raw<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}) + std::string(2, '\0');
+  stl += raw<std::uint32_t>({1}) + raw<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0});
   return {
       {"OFF", "text", "m.off", off("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), {}, kPlain},
       {"OFF",
@@ -172,7 +172,9 @@ std::vector<Feature> other_features() {
          "s\n"}},
        {},
        kPlain},
-      {"STL", "binary", "m.stl", {{"m.stl", stl}}, {}, kPlain},
+      {"STL", "binary", "m.stl", {{"m.stl", stl + std::string(2, '\0')}}, {}, kPlain},
+      {"STL", "binary, cut short", "m.stl", {{"m.stl", stl}}, Outcome::refused, {}},
+      {"STL", "binary, colours of facets", "m.stl", {{"m.stl", stl + raw<std::uint16_t>({0x8000 | 31})}}, {}, kColored},
   };
 }
 

@@ -23,6 +23,7 @@
 #include "io/obj_file.hpp"
 #include "io/off_file.hpp"
 #include "io/ply_file.hpp"
+#include "io/stl_file.hpp"
 #include "io/text_file.hpp"
 #include "io/texture_file.hpp"
 
@@ -272,6 +273,7 @@ Mesh load_by_format(const fs::path& path, double scale, std::vector<std::string>
   if (extension == ".obj") return load_obj(path, scale, remarks);
   if (extension == ".ply") return load_ply(path, scale, remarks);
   if (extension == ".off") return load_off(path, scale);
+  if (extension == ".stl") return load_stl(path, scale);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(path, scale, remarks);
   return load_with_assimp(path, scale);
 }
@@ -294,7 +296,7 @@ std::vector<fs::path> named_files(const fs::path& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".obj") return obj_files(path);
   if (extension == ".gltf" || extension == ".glb") return gltf_files(path);
-  if (extension == ".off") return {};
+  if (extension == ".off" || extension == ".stl") return {};
   if (extension != ".ply") return files_by_assimp(path);
   std::vector<fs::path> files;
   for (const std::string& name : ply_textures(path)) {

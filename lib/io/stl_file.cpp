@@ -1,0 +1,149 @@
+#include "io/stl_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "holdfast/error.hpp"
+#include "io/mesh_assembly.hpp"
+#include "io/numbers.hpp"
+#include "io/polygon.hpp"
+#include "io/text_file.hpp"
+
+namespace holdfast::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Color = std::array<std::uint8_t, 4>;
+
+constexpr std::size_t kHeader = 80, kBegin = 84;  // of a binary file: words, then the count of facets
+constexpr std::size_t kFacet = 50;                // bytes: normal, three corners, attribute
+constexpr Color kGrey{153, 153, 153, 255};        // of facets without a colour beside others with one
+
+std::uint32_t little_endian(std::string_view bytes) {
+  std::uint32_t value = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+std::string lower_word(std::string_view& line) {
+  std::string word(next_word(line));
+  std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+  return word;
+}
+
+class StlReader {
+ public:
+  StlReader(const fs::path& path, double scale)
+      : path_(path), scale_(scale), bytes_(read_binary_file(path, "model")), text_(bytes_) {}
+
+  Mesh read() {
+    const std::uint64_t facets = text_.size() < kBegin ? 0 : little_endian(text_.substr(kHeader, 4));
+    const std::uint64_t whole = kBegin + kFacet * facets;
+    std::string_view first, rest = text_;
+    while (trimmed(first).empty() && next_line(rest, first)) {
+    }
+    const bool is_text = lower_word(first) == "solid" && text_.size() != whole;  // binary files may say so too
+    if (is_text) return read_text();
+    if (text_.size() < whole) fail(fmt::format("it has {} of {} bytes", text_.size(), whole));
+    return read_binary(static_cast<std::size_t>(facets));
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& reason) const {
+    throw Error(ErrorCode::file,
+                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  }
+
+  Mesh read_text() {
+    MeshAssembly assembly(false, false);
+    std::vector<Eigen::Vector3f> corners;
+    bool in_facet = false;
+    int number = 0;
+    for (std::string_view rest = text_, line; next_line(rest, line);) {
+      ++number;
+      const std::string word = lower_word(line);
+      if (word == "facet") {
+        if (in_facet) fail(fmt::format("line {}: a facet within a facet", number));
+        in_facet = true;
+        corners.clear();
+      } else if (word == "vertex" && in_facet) {
+        corners.push_back(corner(line, number));
+      } else if (word == "endfacet" && in_facet) {
+        for (const auto& [a, b, c] : triangles_of_polygon(corners)) {
+          assembly.add_triangle({Vertex{corners[a], {}, {}}, {corners[b], {}, {}}, {corners[c], {}, {}}}, 0);
+        }
+        in_facet = false;
+      }
+    }
+    if (in_facet) fail("it ends early");
+    return assembly.take();
+  }
+
+  Eigen::Vector3f corner(std::string_view line, int number) const {
+    Eigen::Vector3d position;
+    for (double& value : position) {
+      const std::string_view word = next_word(line);
+      const std::optional<double> read = parse_number(word);
+      if (!read) fail(fmt::format("line {}: '{}' is not a number", number, word.substr(0, 20)));
+      value = *read;
+    }
+    return (position * scale_).cast<float>();
+  }
+
+  Mesh read_binary(std::size_t facets) const {
+    const std::size_t attribute = kFacet - 2;
+    const auto facet = [this](std::size_t i) { return text_.substr(kBegin + kFacet * i, kFacet); };
+    // Magics writes a colour of the whole model to the header, and red and blue the other way round.
+    constexpr std::string_view key = "COLOR=";
+    const std::size_t named = text_.substr(0, kHeader).find(key);
+    const bool by_magics = named != text_.npos && named + key.size() + 4 <= kHeader;
+    Color otherwise = kGrey;
+    for (std::size_t i = 0; by_magics && i < 4; ++i) {
+      otherwise[i] = static_cast<std::uint8_t>(text_[named + key.size() + i]);
+    }
+    bool colored = false;
+    for (std::size_t i = 0; i < facets && !colored; ++i) colored = is_colored(facet(i).substr(attribute));
+    MeshAssembly assembly(false, colored);
+    for (std::size_t i = 0; i < facets; ++i) {
+      const std::string_view bytes = facet(i);
+      std::array<Vertex, 3> corners;
+      for (std::size_t k = 0; k < 9; ++k) {
+        const auto value = std::bit_cast<float>(little_endian(bytes.substr(12 + 4 * k, 4)));
+        corners[k / 3].position[static_cast<Eigen::Index>(k % 3)] = static_cast<float>(value * scale_);
+      }
+      const std::string_view look = bytes.substr(attribute);
+      for (Vertex& corner : corners) corner.color = is_colored(look) ? color(look, by_magics) : otherwise;
+      assembly.add_triangle(corners, 0);
+    }
+    return assembly.take();
+  }
+
+  static bool is_colored(std::string_view attribute) { return (little_endian(attribute) & 0x8000) != 0; }
+
+  static Color color(std::string_view attribute, bool by_magics) {
+    const std::uint32_t bits = little_endian(attribute);
+    Color color{0, 0, 0, 255};
+    for (std::size_t i = 0; i < 3; ++i) {
+      color[by_magics ? i : 2 - i] = static_cast<std::uint8_t>(((bits >> (5 * i) & 31) * 255 + 15) / 31);
+    }
+    return color;
+  }
+
+  const fs::path& path_;
+  double scale_;
+  std::string bytes_;
+  std::string_view text_;
+};
+
+}  // namespace
+
+Mesh load_stl(const fs::path& path, double scale) { return StlReader(path, scale).read(); }
+
+}  // namespace holdfast::io
