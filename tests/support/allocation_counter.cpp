@@ -10,8 +10,18 @@ namespace {
 
 std::atomic<long> g_count{0};
 
-void* counted(void* memory) {
+void* allocated(std::size_t size) {
   ++g_count;
+  return std::malloc(std::max<std::size_t>(size, 1));
+}
+
+void* allocated(std::size_t size, std::align_val_t alignment) {
+  ++g_count;
+  const auto step = static_cast<std::size_t>(alignment);
+  return std::aligned_alloc(step, (std::max<std::size_t>(size, 1) + step - 1) / step * step);
+}
+
+void* or_throw(void* memory) {
   if (memory == nullptr) {
     throw std::bad_alloc();
   }
@@ -20,10 +30,12 @@ void* counted(void* memory) {
 
 }  // namespace
 
-void* operator new(std::size_t size) { return counted(std::malloc(std::max<std::size_t>(size, 1))); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  const auto step = static_cast<std::size_t>(alignment);
-  return counted(std::aligned_alloc(step, (std::max<std::size_t>(size, 1) + step - 1) / step * step));
+// Those that do not throw too: AddressSanitizer's own, which it would take otherwise, are not for std::free.
+void* operator new(std::size_t size) { return or_throw(allocated(size)); }
+void* operator new(std::size_t size, std::align_val_t alignment) { return or_throw(allocated(size, alignment)); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return allocated(size); }
+void* operator new(std::size_t size, std::align_val_t alignment, const std::nothrow_t&) noexcept {
+  return allocated(size, alignment);
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
