@@ -7,7 +7,8 @@ shift
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 jobs=${JOBS:-$(nproc)}
 cmake -S "$here/../.." -B "$build" -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_SECOND_OPENCL=OFF \
-  -DCMAKE_CXX_FLAGS="-O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer"
+  -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g -DNDEBUG" \
+  -DCMAKE_CXX_FLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer"
 cmake --build "$build" --parallel "$jobs"
 # Allocations that fail must fail as without sanitizers: by an exception.
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_odr_violation=0
