@@ -6,9 +6,9 @@ build=$1
 shift
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
 jobs=${JOBS:-$(nproc)}
+sanitizers="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer"
 cmake -S "$here/../.." -B "$build" -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_SECOND_OPENCL=OFF \
-  -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g -DNDEBUG" \
-  -DCMAKE_CXX_FLAGS="-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer"
+  -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g -DNDEBUG" -DCMAKE_CXX_FLAGS="$sanitizers" -DCMAKE_C_FLAGS="$sanitizers"
 cmake --build "$build" --parallel "$jobs"
 # Allocations that fail must fail as without sanitizers: by an exception.
 export ASAN_OPTIONS=allocator_may_return_null=1:detect_odr_violation=0
