@@ -18,4 +18,6 @@ export LSAN_OPTIONS=suppressions=$here/leaks.txt:print_suppressions=0
 icd=/etc/OpenCL/vendors/pocl.icd
 [ ! -e "$icd" ] || export OCL_ICD_VENDORS="$icd"
 cd "$build"
+# AddressSanitizer's dlopen does not look where the program says that its modules are.
+export LD_LIBRARY_PATH="$PWD/apps${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 ctest --output-on-failure --no-tests=error --parallel "$jobs" --exclude-regex '^(install|consumer|public_headers|batch)' "$@"
