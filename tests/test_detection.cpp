@@ -307,7 +307,7 @@ TEST_CASE("A box without texture is found near where a guide has it") {
     for (const PoseCandidate& candidate : candidates) CHECK(candidate.score <= 1);
     const auto result = detection::start_near(tracker, candidates, view_of(frame));
     if (!result) continue;
-    CHECK(detection::is_seen(*result));
+    CHECK(detection::is_still_seen(*result));
     ++seen;
     found += is_near(T_true, result->T_camera_object);
   }
@@ -434,4 +434,20 @@ TEST_CASE("A side is learned once, from a frame that it is held in, where nothin
     }
   }
   CHECK_THROWS_AS((void)box_features().with(learner.seen()), Error);
+}
+
+TEST_CASE("a contour that fits is not enough near a guide where the model's edges are elsewhere") {
+  FrameResult result;
+  result.status = Status::held;
+  result.contour = {.asked = true, .lines = 200, .near_lines = 190, .agreement = 0.9};
+  const auto with_edges = [&](int lines, double score) {
+    result.edges = {.asked = true, .lines = lines, .score = score};
+    return detection::is_still_seen(result);
+  };
+  CHECK(with_edges(200, 0.6));
+  CHECK_FALSE(with_edges(200, 0.3));
+  CHECK(with_edges(10, 0.0));  // too few to tell
+  result.contour.agreement = 0.5;
+  CHECK(with_edges(200, 0.6));
+  CHECK_FALSE(with_edges(10, 1.0));
 }

@@ -78,7 +78,7 @@ std::optional<FrameResult> StartSearch::find(Tracker& tracker, const ImageView& 
   if (by_ == By::sight) return detection::start_seen(tracker, propose_(frame), frame, time_s);
   if (seen_ > 0) {
     const FrameResult result = tracker.track(frame, time_s);
-    if (detection::is_seen(result)) return result;
+    if (detection::is_still_seen(result)) return result;
   }
   seen_ = 0;
   return detection::start_near(tracker, propose_(frame), frame, time_s);

@@ -155,7 +155,7 @@ HOLDFAST_EXPORT std::optional<FrameResult> start_at(Tracker& tracker, const std:
                                                     const ImageView& frame, std::optional<double> time_s = {});
 
 /// The same for candidates of a guide, of which the contour may tell enough. The tracker forgets what it has learned.
-/// The object is seen, not surely there: it is, when is_seen() holds for the next two frames too.
+/// The object is seen, not surely there: it is, when is_still_seen() holds for the next two frames too.
 HOLDFAST_EXPORT std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
                                                       const ImageView& frame, std::optional<double> time_s = {});
 
@@ -164,7 +164,7 @@ HOLDFAST_EXPORT std::optional<FrameResult> start_near(Tracker& tracker, const st
 HOLDFAST_EXPORT std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
                                                       const ImageView& frame, std::optional<double> time_s = {});
 
-/// Whether a frame's result alone is enough to begin with, by its texture or by its contour.
-HOLDFAST_EXPORT bool is_seen(const FrameResult& result);
+/// Whether a frame's result, by its texture or by its contour and edges, is enough to go on with a start near a guide.
+HOLDFAST_EXPORT bool is_still_seen(const FrameResult& result);
 
 }  // namespace holdfast::detection
