@@ -28,8 +28,6 @@ constexpr double kJump = 3, kLeastJump = 0.1;
 constexpr int kAppearancesAFrame = 32;
 /// Frames in a row that must have shown the outline where it was not expected.
 constexpr int kOutlineSeen = 3;
-/// Frames that light is learned from: each of the first, then one of so many.
-constexpr int kFirstLight = 4, kLightEvery = 4;
 /// Motion, pixels, below which blur that is not known does not matter.
 constexpr double kBlurs = 6;
 
@@ -100,9 +98,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
     const double weight = std::max(1.0 / (state_.usual.held_frames + 1), kRatioMemory);
     state_.usual.unobservable += weight * ((state_.left_unobservable ? 1 : 0) - state_.usual.unobservable);
     state_.usual.gain += kScoreMemory * (alignment.imaging.texture.light.gain[1] - state_.usual.gain);
-    if (usual && (state_.usual.held_frames < kFirstLight || state_.usual.held_frames % kLightEvery == 0)) {
-      learn_light(alignment, state_);
-    }
+    if (usual) learn_light(alignment, state_);
     const double motion = aligner_.corner_motion(state_.motion.pose(), alignment.T_camera_object);
     if (tuning_.motion_blur && state_.followed() && !tuning_.paper() &&
         exposure_is_due(state_.imaging.exposure, motion)) {
