@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <utility>
+#include <vector>
 
 #include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"
@@ -70,7 +71,7 @@ TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found 
 // Without the search by parts four of the eight are held at once.
 TEST_CASE("hidden, then less than half of it seen, not quite where it would be: found by its parts") {
   constexpr int kFrames = 16, kHidden = 8, kBack = 12;
-  int held = 0;
+  std::vector<double> found_mm, found_degrees;
   for (const int trial : {0, 1, 2, 3, 4, 5, 6, 7}) {
     CAPTURE(trial);
     const double farther = trial < 4 ? 2 : 3;
@@ -106,12 +107,19 @@ TEST_CASE("hidden, then less than half of it seen, not quite where it would be: 
       const FrameResult result = tracker.track(view_of(frame));
       CHECK((result.status == Status::held) <= (i < kHidden || i == kBack));
       if (result.status != Status::held) continue;
-      held += i == kBack;
-      CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 4);
-      CHECK(pose_error(sequence.pose(i), result.T_camera_object).degrees < 3);
+      const auto error = pose_error(sequence.pose(i), result.T_camera_object);
+      CHECK(error.millimetres < 20);
+      CHECK(error.degrees < 5);
+      if (i < kBack) continue;
+      found_mm.push_back(error.millimetres);
+      found_degrees.push_back(error.degrees);
     }
   }
-  CHECK(held >= 7);
+  REQUIRE(found_mm.size() >= 7);
+  std::sort(found_mm.begin(), found_mm.end());
+  std::sort(found_degrees.begin(), found_degrees.end());
+  CHECK(found_mm[found_mm.size() / 2] < 1.5);
+  CHECK(found_degrees[found_degrees.size() / 2] < 0.2);
 }
 
 TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself, and never believed where it is not") {
