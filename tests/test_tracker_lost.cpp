@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <opencv2/core.hpp>
 #include <utility>
-#include <vector>
 
 #include "holdfast/tracker.hpp"
 #include "simulation/sequence.hpp"
@@ -71,7 +70,7 @@ TEST_CASE("hidden for some frames while it moves on: lost meanwhile, then found 
 // Without the search by parts four of the eight are held at once.
 TEST_CASE("hidden, then less than half of it seen, not quite where it would be: found by its parts") {
   constexpr int kFrames = 16, kHidden = 8, kBack = 12;
-  std::vector<double> found_mm, found_degrees;
+  int held = 0;
   for (const int trial : {0, 1, 2, 3, 4, 5, 6, 7}) {
     CAPTURE(trial);
     const double farther = trial < 4 ? 2 : 3;
@@ -107,19 +106,12 @@ TEST_CASE("hidden, then less than half of it seen, not quite where it would be: 
       const FrameResult result = tracker.track(view_of(frame));
       CHECK((result.status == Status::held) <= (i < kHidden || i == kBack));
       if (result.status != Status::held) continue;
-      const auto error = pose_error(sequence.pose(i), result.T_camera_object);
-      CHECK(error.millimetres < 20);
-      CHECK(error.degrees < 5);
-      if (i < kBack) continue;
-      found_mm.push_back(error.millimetres);
-      found_degrees.push_back(error.degrees);
+      held += i == kBack;
+      CHECK(pose_error(sequence.pose(i), result.T_camera_object).millimetres < 4);
+      CHECK(pose_error(sequence.pose(i), result.T_camera_object).degrees < 3);
     }
   }
-  REQUIRE(found_mm.size() >= 7);
-  std::sort(found_mm.begin(), found_mm.end());
-  std::sort(found_degrees.begin(), found_degrees.end());
-  CHECK(found_mm[found_mm.size() / 2] < 1.5);
-  CHECK(found_degrees[found_degrees.size() / 2] < 0.2);
+  CHECK(held >= 7);
 }
 
 TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself, and never believed where it is not") {

@@ -164,7 +164,7 @@ HOLDFAST_EXPORT std::optional<FrameResult> start_near(Tracker& tracker, const st
 HOLDFAST_EXPORT std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
                                                       const ImageView& frame, std::optional<double> time_s = {});
 
-/// Whether a frame's result, by its texture or by its contour and edges, is enough to go on with a start near a guide.
+/// A frame's result is enough, by its texture or by its contour and edges, to go on with a start near a guide.
 HOLDFAST_EXPORT bool is_still_seen(const FrameResult& result);
 
 }  // namespace holdfast::detection

@@ -32,7 +32,7 @@ class Silhouette {
   float depth(int x, int y) const { return drawn_.depth[static_cast<std::size_t>(y) * width() + x]; }
   bool drawn(int x, int y) const { return x >= 0 && y >= 0 && x < width() && y < height(); }
   bool object(int x, int y) const { return depth(x, y) < 1.0F; }
-  /// Which pixels of a row are the object's and beside one that is not; all neighbours must be drawn.
+  /// Marks the pixels of a row that are the object's and beside one that is not; all neighbours must be drawn.
   void mark_contour(int y, int margin, std::vector<std::uint8_t>& marks) const {
     const float* here = drawn_.depth + static_cast<std::ptrdiff_t>(y) * width();
     const float *above = here - width(), *below = here + width();

@@ -10,11 +10,11 @@ namespace {
 constexpr double kRatio = 0.4, kCorrelation = 0.85;
 constexpr double kPartRatio = 0.25, kPartCorrelation = 0.95;
 constexpr int kLeastPixels = 300;
-/// Of a guided start, whose model may have no texture: the contour's score, and the share of its lines with the edge
-/// next to it. In frames of other scenes the score stays below 0.55 and that share below 0.8.
+/// A guided start, whose model may have no texture, takes this score of the contour and this share of its lines with
+/// the edge next to it. In frames of other scenes the score stays below 0.55 and that share below 0.8.
 constexpr double kContourScore = 0.62, kNear = 0.82;
-/// Where so many lines across the model's edges tell: less of the contour, what edges must add to it, and their own
-/// least score: a box turned by 15 degrees has a contour of 0.87 and edges of 0.43.
+/// Lines across the model's edges that tell. A start takes less of the contour beside them, so much of both together,
+/// and this score of edges: a box turned by 15 degrees has a contour of 0.87 and edges of 0.43.
 constexpr double kTellingLines = 40, kContourBesideEdges = 0.5, kBoth = 1.2, kEdgeScore = 0.45;
 /// Share of all this that is enough in the frames after.
 constexpr double kStillSeen = 0.85;

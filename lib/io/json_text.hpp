@@ -10,7 +10,7 @@ namespace holdfast::io {
 /// Levels of lists and objects within each other, beyond which a text is no document but an attack on the stack.
 inline constexpr int kMostNested = 64;
 
-/// Whether lists and objects of a JSON text are nested more deeply than that.
+/// True where lists and objects of a JSON text are nested more deeply than that.
 inline bool is_nested_too_deeply(std::string_view text) {
   int depth = 0;
   bool in_string = false;

@@ -33,6 +33,8 @@ constexpr double kNoticeable = 0.6;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
+/// Weight of the outline beside texture while the object is lost: edges near it may be of what hides it.
+constexpr double kWhileLost = 0.1;
 /// Pixels with a gradient that are enough of a snapshot: it says less than a texture, and the outline is beside it.
 constexpr double kEnoughOfSnapshot = 2000;
 /// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
@@ -304,7 +306,9 @@ NormalEquations Aligner::outline_equations(const Alignment& alignment, const Tra
   if (!alignment.has_texture && !alignment.has_snapshot) return outline;  // nothing else tells of turns
   outline = without_faint_turns(outline);
   if (!state.textured) return outline;
-  return without_hidden(outline, alignment.texture, view_.T_camera_object());
+  outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
+  if (state.motion.lost()) outline *= kWhileLost;
+  return outline;
 }
 
 NormalEquations Aligner::about_snapshot(const NormalEquations& relative, const TrackingState& state,

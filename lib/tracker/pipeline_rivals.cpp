@@ -11,7 +11,7 @@ namespace {
 constexpr double kDecisive = 0.5;
 /// Turns below which either is taken for the other from frame to frame.
 constexpr double kOpenTurn = 0.25;
-/// Where both lead to poses turned by less than this, radians, they are not compared in so many frames.
+/// Two starts that lead to poses turned by less than this, radians, are compared again after so many frames.
 constexpr double kOnePose = 0.02;
 constexpr int kOnePosePause = 5;
 
