@@ -31,10 +31,10 @@ constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.
 constexpr double kPromisingContour = 0.4;
 constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
 /// Share of the usual contour score that is enough to be held on to, and to be found again.
-constexpr double kHeldContour = 0.6, kFoundContour = 0.75;
+constexpr double kHeldContour = 0.45, kFoundContour = 0.65;
 /// Share of its own usual score that each of contour and edges must have, where that score tells anything and where it
 /// has so much of what both tell of the pose.
-constexpr double kLeastContour = 0.55, kLeastEdges = 0.35, kTellingScore = 0.3, kTellingShare = 0.1;
+constexpr double kLeastContour = 0.42, kLeastEdges = 0.25, kTellingScore = 0.3, kTellingShare = 0.1;
 /// Reliability of a snapshot that holds the object, and how many frames in a row it may do so where the outline does
 /// not show it.
 constexpr double kSureSnapshot = 0.45;
