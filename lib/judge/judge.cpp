@@ -147,10 +147,6 @@ bool is_probable_by_texture(const Alignment& a) {
 bool shows_outline(const Alignment& a, const AcceptanceContext& context, double share) {
   const UsualOutline& usual = context.usual_outline;
   if (outline_score(a, usual) < share) return false;
-  const bool contour_tells = usual.contour_score > kTellingScore && usual.edge_share < 1 - kTellingShare;
-  const bool edges_tell = usual.edge_score > kTellingScore && usual.edge_share > kTellingShare;
-  if (a.has_contour && contour_tells && contour_evidence(a, usual) < kLeastContour) return false;
-  if (a.has_edges && edges_tell && edge_evidence(a, usual) < kLeastEdges) return false;
   // What is left of a long thing at the picture's border tells next to nothing of where it is along itself.
   if (!a.has_texture && a.place_deviation() > kKnownPlace) return false;
   // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.

@@ -89,6 +89,7 @@ Aligner::Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector
       view_(view),
       image_(image),
       texture_(device, levels, extent, tuning),
+      round_turns_(round_turns(mesh, extent)),
       shape_(levels, extent, view),
       contour_(device, levels, extent, view, shape_, image),
       edges_(device, levels, extent, mesh, shape_, image),
@@ -299,12 +300,15 @@ void Aligner::look_at_outline(Alignment& alignment, int level, const OutlineClos
   }
 }
 
-NormalEquations Aligner::outline_equations(const Alignment& alignment, const TrackingState& state) const {
+NormalEquations Aligner::outline_alone(const Alignment& alignment) const {
   NormalEquations outline;
   if (alignment.has_edges) outline += alignment.edges.equations;
   if (alignment.has_contour) outline += alignment.contour.equations;
-  if (!alignment.has_texture && !alignment.has_snapshot) return outline;  // nothing else tells of turns
-  outline = without_faint_turns(outline);
+  return without_turns(outline, round_turns_);
+}
+
+NormalEquations Aligner::outline_equations(const Alignment& alignment, const TrackingState& state) const {
+  NormalEquations outline = outline_alone(alignment);
   if (!state.textured) return outline;
   outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
   if (state.motion.lost()) outline *= kWhileLost;

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "base/round_turns.hpp"
 #include "base/tuning.hpp"
 #include "contour/contour_modality.hpp"
 #include "edges/edge_modality.hpp"
@@ -58,6 +59,8 @@ class Aligner {
 
   /// Equations of contour and edges together.
   NormalEquations outline_equations(const Alignment& alignment, const TrackingState& state) const;
+  /// The same as they were found, but for turns that no outline shows.
+  NormalEquations outline_alone(const Alignment& alignment) const;
 
   /// How well the view fits where it was drawn, motion left alone.
   struct Fit {
@@ -111,6 +114,7 @@ class Aligner {
   ViewTemplate& view_;
   DeviceImage& image_;
   TextureModality texture_;
+  std::vector<Twist> round_turns_;
   DepthView shape_;
   ContourModality contour_;
   EdgeModality edges_;

@@ -1,7 +1,5 @@
 #include "tracker/hidden_motions.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 namespace holdfast {
 namespace {
@@ -11,9 +9,6 @@ namespace {
 constexpr double kHardly = 0.016;
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
-/// Share of the outline's information, all motions together, below which it does not show a turn: of the turn of cans,
-/// bottles and tubes about their axis it has 0.0001 to 0.0016, of any turn of boxes, loaves and figures 0.0014 or more.
-constexpr double kFaint = 0.0018;
 
 /// Takes away what the equations tell of a motion, alone and together with others.
 void forget(const Twist& motion, NormalEquations& equations) {
@@ -36,18 +31,14 @@ NormalEquations without_hidden(NormalEquations contour, const TextureTerms& text
   return contour;
 }
 
-NormalEquations without_faint_turns(NormalEquations outline) {
-  const double trace = outline.A.trace();
-  if (trace <= 0) return outline;
-  const Eigen::Matrix3d places = outline.A.topLeftCorner<3, 3>() + 1e-9 * trace * Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d along = -places.ldlt().solve(outline.A.topRightCorner<3, 3>());
-  const Eigen::Matrix3d turns = outline.A.bottomRightCorner<3, 3>() + outline.A.bottomLeftCorner<3, 3>() * along;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turns);
-  for (int i = 0; i < 3; ++i) {
-    if (solver.eigenvalues()(i) > kFaint * trace) break;
-    Twist motion;
-    motion << along * solver.eigenvectors().col(i), solver.eigenvectors().col(i);
-    forget(motion, outline);
+NormalEquations without_turns(NormalEquations outline, const std::vector<Twist>& turns) {
+  for (const Twist& turn : turns) {
+    // No row answers to the turn: what it seems to tell of it is that facets and pixels are off their surface.
+    Twist amount = turn;
+    amount.head<3>().setZero();
+    const Twist told = outline.A * turn;
+    outline.h -= amount * turn.dot(outline.h);
+    outline.A += amount * turn.dot(told) * amount.transpose() - amount * told.transpose() - told * amount.transpose();
   }
   return outline;
 }

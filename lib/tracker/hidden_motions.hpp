@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "solve/normal_equations.hpp"
 #include "texture/texture_modality.hpp"
 
@@ -9,7 +11,7 @@ namespace holdfast {
 /// contour hardly does: rims of round things seem to tell of their turn where they are cut into facets and pixels.
 NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn);
 
-/// An outline's equations without what it tells of turns that it hardly shows, for the same reason.
-NormalEquations without_faint_turns(NormalEquations outline);
+/// An outline's equations without what it tells of these turns, for the same reason.
+NormalEquations without_turns(NormalEquations outline, const std::vector<Twist>& turns);
 
 }  // namespace holdfast

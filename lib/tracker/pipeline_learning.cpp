@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "solve/covariance.hpp"
-#include "tracker/hidden_motions.hpp"
 #include "tracker/pipeline.hpp"
 
 namespace holdfast {
@@ -175,11 +174,8 @@ void Pipeline::leave_texture(const Alignment& alignment) {
   const UsualEvidence& usual = state_.usual;
   if (!state_.textured || tuning_.paper() || !tuning_.contour) return;
   if (usual.likeness_frames < kLikenessFrames || usual.likeness > kUnlike) return;
-  NormalEquations outline;
-  if (alignment.has_contour) outline += alignment.contour.equations;
-  if (alignment.has_edges) outline += alignment.edges.equations;
   // Texture that does not fit may be turned, where the outline tells nothing of a turn.
-  const Matrix6 covariance = symmetric_inverse(without_faint_turns(outline).A + Matrix6::Identity());
+  const Matrix6 covariance = symmetric_inverse(aligner_.outline_alone(alignment).A + Matrix6::Identity());
   if (largest_deviation(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) > kTurnKnown) return;
   state_.textured = state_.left_unobservable = false;
   state_.gradient_pixels = 0;
