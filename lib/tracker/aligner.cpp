@@ -342,7 +342,7 @@ double Aligner::score(const Alignment& alignment, const TrackingState& state, do
   const double by_outline = outline_score(alignment, state.usual.outline());
   if (!alignment.has_texture) {
     // Pixels that agree do not make it as usual: where the outline does not fit, other starts are tried.
-    return alignment.has_snapshot ? std::max(by_outline, std::min(kUsualShare, alignment.snapshot.reliability))
+    return alignment.has_snapshot ? std::max(by_outline, 0.5 * (by_outline + alignment.snapshot.reliability))
                                   : by_outline;
   }
   const double by_texture = alignment.texture.score() / usual_texture_score;
