@@ -1,6 +1,5 @@
 #include "tracker/hidden_motions.hpp"
 
-
 namespace holdfast {
 namespace {
 

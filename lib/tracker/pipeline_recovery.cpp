@@ -24,6 +24,8 @@ constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 constexpr double kScoredPixels = 200;
 /// Inlier ratio of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3;
+/// Turn from the best start, radians, that others are tried with.
+constexpr double kBetweenViews = 0.12;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 1;
 /// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
@@ -220,7 +222,7 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
   const Pose& T_last = state_.motion.pose();
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
   std::vector<Alignment> starts;
-  for (const Pose& T : outline_search_.starts(T_last, state_.colors)) {
+  const auto add = [&](const Pose& T) {
     AlignmentPlan plan;
     plan.coarsest = aligner_.contour().coarsest(T, state_.finest);
     plan.finest = std::max(plan.coarsest - 1, state_.finest);
@@ -228,9 +230,23 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
     plan.measure = plan.expected = false;
     Alignment start = aligner_.align(T, plan, state_);
     if (start.solved) starts.push_back(std::move(start));
+  };
+  const auto sort = [&] {
+    std::stable_sort(starts.begin(), starts.end(),
+                     [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
+  };
+  for (const Pose& T : outline_search_.starts(T_last, state_.colors)) add(T);
+  sort();
+  if (!starts.empty()) {
+    // An outline leads back from turns of less than those between the views.
+    const Pose T_best = starts[0].T_camera_object;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double angle : {-kBetweenViews, kBetweenViews}) {
+        add(turned_about_center(T_best, extent_, Eigen::Vector3d::Unit(axis), angle));
+      }
+    }
+    sort();
   }
-  std::stable_sort(starts.begin(), starts.end(),
-                   [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
   for (std::size_t i = 0; i < std::min(kMostOutlineStarts, starts.size()); ++i) {
     AlignmentPlan plan = fine_plan(state_.finest, state_);
     plan.expected = false;
