@@ -1,0 +1,120 @@
+// Surfaces of revolution, told from shapes that are nearly so; their outline answers to every motion but that turn.
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "base/round_turns.hpp"
+#include "support/edge_shapes.hpp"
+#include "tracker/hidden_motions.hpp"
+
+namespace {
+
+using namespace holdfast;
+
+Extent extent_of(const Mesh& mesh) { return {mesh.center(), mesh.radius()}; }
+
+/// A ball as UV spheres are made: rings of facets.
+Mesh ball(float radius, int rings, int facets) {
+  Mesh mesh;
+  for (int i = 0; i <= rings; ++i) {
+    const double polar = std::numbers::pi * i / rings;
+    for (int j = 0; j < facets; ++j) {
+      const double turn = 2 * std::numbers::pi * j / facets;
+      mesh.positions.emplace_back(radius * static_cast<float>(std::sin(polar) * std::cos(turn)),
+                                  radius * static_cast<float>(std::sin(polar) * std::sin(turn)),
+                                  radius * static_cast<float>(std::cos(polar)));
+    }
+  }
+  const auto row = static_cast<std::uint32_t>(facets);
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(rings); ++i) {
+    for (std::uint32_t j = 0; j < row; ++j) {
+      const std::uint32_t a = i * row + j, b = i * row + (j + 1) % row;
+      mesh.triangles.push_back({a, a + row, b});
+      mesh.triangles.push_back({b, a + row, b + row});
+    }
+  }
+  return mesh;
+}
+
+void place(Mesh& mesh, const Pose& T) {
+  for (Eigen::Vector3f& position : mesh.positions) position = (T * position.cast<double>()).cast<float>();
+}
+
+/// Joins a block to a mesh.
+void add_block(Mesh& mesh, const Eigen::Vector3f& size, const Eigen::Vector3f& at) {
+  const Mesh block = test::block(size);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const Eigen::Vector3f& position : block.positions) mesh.positions.push_back(position + at);
+  for (const auto& triangle : block.triangles) {
+    mesh.triangles.push_back({first + triangle[0], first + triangle[1], first + triangle[2]});
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a can has one turn, about its axis wherever that is; a ball has three") {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  for (const int facets : {12, 24, 64}) {
+    Mesh can = test::can(0.03F, 0.1F, facets);
+    Pose T = Pose::Identity();
+    T.linear() = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+                     .normalized()
+                     .toRotationMatrix();
+    T.translation() = Eigen::Vector3d(normal(random), normal(random), normal(random));
+    place(can, T);
+    const Extent extent = extent_of(can);
+    const std::vector<Twist> turns = round_turns(can, extent);
+    REQUIRE(turns.size() == 1);
+    const Eigen::Vector3d axis = turns[0].tail<3>();
+    CHECK(std::abs(axis.dot(T.linear().col(2))) == doctest::Approx(1).epsilon(1e-6));
+    // A point of the axis stays where it is: its velocity is the centre's and that of the turn about the centre.
+    const Eigen::Vector3d p_axis = T * Eigen::Vector3d(0, 0, 0.02);
+    const Eigen::Vector3d velocity = extent.radius * turns[0].head<3>() + axis.cross(p_axis - extent.p_object_center);
+    CHECK(velocity.norm() < 1e-6);
+  }
+  const Mesh round = ball(0.05F, 24, 48);
+  CHECK(round_turns(round, extent_of(round)).size() == 3);
+}
+
+TEST_CASE("boxes, prisms of few sides, cups with a handle and bent rods are not round") {
+  const auto turns_of = [](const Mesh& mesh) { return round_turns(mesh, extent_of(mesh)).size(); };
+  CHECK(turns_of(test::block({0.1F, 0.1F, 0.1F})) == 0);
+  CHECK(turns_of(test::block({0.1F, 0.1F, 0.3F})) == 0);
+  for (const int sides : {4, 6, 8}) CHECK(turns_of(test::can(0.03F, 0.1F, sides)) == 0);
+  Mesh cup = test::can(0.04F, 0.1F, 32);
+  add_block(cup, {0.03F, 0.01F, 0.06F}, {0.05F, 0.0F, 0.0F});
+  CHECK(turns_of(cup) == 0);
+  Mesh oval = test::can(0.04F, 0.1F, 32);
+  for (Eigen::Vector3f& position : oval.positions) position.x() *= 1.1F;
+  CHECK(turns_of(oval) == 0);
+}
+
+TEST_CASE("equations without a turn: no answer to it, the same to every motion without its part of it") {
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Twist(Twist::NullaryExpr([&] { return normal(random); })); };
+  NormalEquations outline;
+  for (int i = 0; i < 20; ++i) {
+    const Twist row = any();
+    outline.A += row * row.transpose();
+    outline.h += normal(random) * row;
+  }
+  Twist turn = any();
+  turn.tail<3>().normalize();
+  const NormalEquations left = without_turns(outline, {turn});
+  CHECK((left.A * turn).norm() < 1e-9 * outline.A.norm());
+  CHECK(std::abs(left.h.dot(turn)) < 1e-9 * outline.h.norm());
+  CHECK((left.A - left.A.transpose()).norm() < 1e-9 * outline.A.norm());
+  for (int i = 0; i < 10; ++i) {
+    Twist motion = any(), other = any();
+    motion.tail<3>() -= turn.tail<3>() * turn.tail<3>().dot(motion.tail<3>());
+    other.tail<3>() -= turn.tail<3>() * turn.tail<3>().dot(other.tail<3>());
+    CHECK(motion.dot(left.A * other) == doctest::Approx(motion.dot(outline.A * other)));
+    CHECK(motion.dot(left.h) == doctest::Approx(motion.dot(outline.h)));
+  }
+  CHECK((without_turns(outline, {}).A - outline.A).norm() == 0);
+}
