@@ -26,10 +26,14 @@ def digest(*parts):
 
 
 def options_of(settings):
-    """Command line of a table of options: true is a flag."""
+    """Command line of a table of options: true is a flag, a list is an option given several times."""
     words = []
     for name, value in settings.items():
-        words += ["--" + name] if value is True else ["--" + name, str(value)]
+        if value is True:
+            words.append("--" + name)
+            continue
+        for one in value if isinstance(value, list) else [value]:
+            words += ["--" + name, str(one)]
     return words
 
 

@@ -80,6 +80,13 @@ class Bench(Work):
                           lambda: light.curved_sequence(subject.folder, folder, curve))
         return Subject(name, folder, subject.model, stamp)
 
+    def grey_frames(self, name, subject):
+        """The same as one channel."""
+        folder = self.folder / "sequences" / name
+        stamp = self.keep(folder, digest(self.maker_digest, subject.stamp, name),
+                          lambda: light.grey_sequence(subject.folder, folder))
+        return Subject(name, folder, subject.model, digest(subject.stamp, stamp))
+
     def with_texture(self, name, subject, write):
         """`write(folder)` makes another model."""
         folder = self.folder / "models" / name

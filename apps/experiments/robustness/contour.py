@@ -26,7 +26,6 @@ def row(run):
     counted = [r for r in run.rows if r["counted"] == "1"]
     good = [r for r in counted if r["failed"] != "1"]
     errors = [measures.error(r) for r in good]
-    held = sum(map(measures.held, good))
 
     def spread(i):
         values = sorted(e[i] for e in errors)
@@ -34,13 +33,20 @@ def row(run):
 
     squares = [measures.number(r, "normalized_error_squared") for r in good if measures.held(r)]
     inside = 100 * sum(s <= 12.592 for s in squares) / max(1, len(squares))
-    return [text(100 * len(good) / len(counted), 1), text(100 * held / max(1, len(good)), 1),
-            sum(measures.wrong(r) for r in counted), spread(0), spread(3), text(inside, 1),
-            text(statistics.median(measures.number(r, "ms") for r in run.rows))]
+    return [text(100 * len(good) / len(counted), 1), sum(measures.wrong(r) for r in counted), spread(0), spread(3),
+            text(inside, 1)]
 
 
-HEAD = ["success, %", "of these called held, %", "held but wrong", "mm: median / 95 %", "deg: median / 95 %",
-        "inside the 95 % ellipsoid, %", "ms"]
+def kept(run):
+    """Of the frames that count, those held and right, and those held and wrong."""
+    counted = [r for r in run.rows if r["counted"] == "1"]
+    held, wrong = (sum(map(of, counted)) for of in (measures.held, measures.wrong))
+    return [text(100 * (held - wrong) / len(counted), 1), wrong]
+
+
+HEAD = ["success, %", "held but wrong", "mm: median / 95 %", "deg: median / 95 %", "inside the 95 % ellipsoid, %",
+        "never put back: right, %", "held but wrong", "the same in grey: right, %", "held but wrong"]
+LEAST = ["--min-visible", "0.25"]
 
 
 def part(bench, recorded):
@@ -51,8 +57,11 @@ def part(bench, recorded):
                                     lambda m, color=color: painted(m, color))
         shape, stamp = shape_of(bench, kind, model)
         for condition, changes in asked["conditions"].items():
-            name = "contour-{}-{}".format(kind, condition)
+            name = "contour-{}-{}".format(kind, condition.replace(" ", "-"))
             seen = bench.simulated(name, model, changes)
             subject = Subject(name, seen.folder, shape, digest(seen.stamp, stamp))
-            rows.append([kind, condition, *row(bench.track(name, subject, "--protocol", "rbot"))])
+            grey = bench.grey_frames(name + "-grey", subject)
+            rows.append([kind, condition, *row(bench.track(name, subject, "--protocol", "rbot", *LEAST)),
+                         *kept(bench.track(name + "-kept", subject, "--protocol", "never-reset", *LEAST)),
+                         *kept(bench.track(name + "-grey", grey, "--protocol", "never-reset", *LEAST))])
     return table(["object", "condition", *HEAD], rows)

@@ -37,12 +37,22 @@ def shaded_model(path, folder, lamp, least):
     return model.write(folder)
 
 
-def curved_sequence(source, folder, curve):
-    """A sequence whose frames went through `curve`."""
+def changed_sequence(source, folder, change):
+    """A sequence whose frames `change` makes another of."""
     (folder / "frames").mkdir(parents=True, exist_ok=True)
     for name in ("K.txt", "poses_gt.txt", "visible.txt"):
         shutil.copyfile(source / name, folder / name)
     for frame in sorted((source / "frames").iterdir()):
         with Image.open(frame) as picture:
-            with_curve(picture, curve).save(folder / "frames" / (frame.stem + ".jpg"), quality=97, subsampling=0)
+            change(picture).save(folder / "frames" / (frame.stem + ".jpg"), quality=97, subsampling=0)
     return folder
+
+
+def curved_sequence(source, folder, curve):
+    """Of frames that went through `curve`."""
+    return changed_sequence(source, folder, lambda picture: with_curve(picture, curve))
+
+
+def grey_sequence(source, folder):
+    """Of frames of one channel."""
+    return changed_sequence(source, folder, lambda picture: picture.convert("L"))
