@@ -30,8 +30,8 @@ constexpr double kPartPixels = 300, kPartCorrelation = 0.98, kPartDeviation = 0.
 /// Worth starting from in the next frame.
 constexpr double kPromisingContour = 0.4;
 constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
-/// Share of the usual contour score that is enough to be held on to, and to be found again.
-constexpr double kHeldContour = 0.45, kFoundContour = 0.65;
+/// Share of the usual contour score that is enough at first, to be held on to, and to be found again.
+constexpr double kFirstContour = 0.6, kHeldContour = 0.45, kFoundContour = 0.65;
 /// Share of its own usual score that each of contour and edges must have, where that score tells anything and where it
 /// has so much of what both tell of the pose.
 constexpr double kLeastContour = 0.42, kLeastEdges = 0.25, kTellingScore = 0.3, kTellingShare = 0.1;
@@ -192,7 +192,8 @@ bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (!a.solved || !(a.has_contour || a.has_edges) || !context.expected) return false;
   // Far from where it was expected it must be found again.
   if (context.lost_before || context.jumps) return is_probable_by_outline(a, context);
-  return shows_outline(a, context, context.texture_trust > kTextureLeads ? kHeldContourAlone : kHeldContour);
+  const double least = context.first ? kFirstContour : kHeldContour;
+  return shows_outline(a, context, context.texture_trust > kTextureLeads ? kHeldContourAlone : least);
 }
 
 bool is_held_by_snapshot(const Alignment& a, const AcceptanceContext& context) {

@@ -10,6 +10,7 @@ namespace holdfast {
 
 /// What acceptance of an alignment hangs on beside its evidence: what is usual, and where it was expected.
 struct AcceptanceContext {
+  bool first = false;        ///< no frame has shown it yet
   bool lost_before = false;  ///< to be found again takes more than to be held on to
   bool surprising = false;   ///< far from where its motion leads: takes more, too
   bool near = false;         ///< near where it was or is expected
