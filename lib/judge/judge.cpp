@@ -193,6 +193,8 @@ bool is_held_by_contour(const Alignment& a, const AcceptanceContext& context) {
   // Far from where it was expected it must be found again.
   if (context.lost_before || context.jumps) return is_probable_by_outline(a, context);
   const double least = context.first ? kFirstContour : kHeldContour;
+  // Edges alone lead a first pose to any others of the frame.
+  if (context.first && a.has_contour && contour_evidence(a, context.usual_outline) < kFirstContour) return false;
   return shows_outline(a, context, context.texture_trust > kTextureLeads ? kHeldContourAlone : least);
 }
 
