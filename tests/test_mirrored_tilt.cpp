@@ -79,6 +79,6 @@ TEST_CASE(
       CHECK((result.status == Status::held || result.reason == Reason::ambiguous));
     }
     CHECK(wrong == 0);
-    CHECK(held > 0.7 * kFrames);
+    CHECK(held > 0.6 * kFrames);
   }
 }

@@ -32,9 +32,8 @@ constexpr double kPromisingContour = 0.4;
 constexpr double kPromisingRatio = 0.15, kPromisingCorrelation = 0.9, kPromisingPixels = 200;
 /// Share of the usual contour score that is enough at first, to be held on to, and to be found again.
 constexpr double kFirstContour = 0.6, kHeldContour = 0.45, kFoundContour = 0.65;
-/// Share of its own usual score that each of contour and edges must have, where that score tells anything and where it
-/// has so much of what both tell of the pose.
-constexpr double kLeastContour = 0.42, kLeastEdges = 0.25, kTellingScore = 0.3, kTellingShare = 0.1;
+/// Usual contour score above which colours tell what is hidden.
+constexpr double kTellingScore = 0.3;
 /// Reliability of a snapshot that holds the object, and how many frames in a row it may do so where the outline does
 /// not show it.
 constexpr double kSureSnapshot = 0.45;
@@ -143,7 +142,7 @@ bool is_probable_by_texture(const Alignment& a) {
           (ratio >= kFoundPartRatio && correlation >= kFoundPartCorrelation));
 }
 
-/// Whether contour and edges show the object, each of them with its share of what is usual.
+/// Whether contour and edges together show the object, by this share of what is usual.
 bool shows_outline(const Alignment& a, const AcceptanceContext& context, double share) {
   const UsualOutline& usual = context.usual_outline;
   if (outline_score(a, usual) < share) return false;

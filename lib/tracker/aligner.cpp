@@ -34,7 +34,7 @@ constexpr double kNoticeable = 0.6;
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
 /// Weight of the outline beside texture while the object is lost: edges near it may be of what hides it.
-constexpr double kWhileLost = 0.1;
+constexpr double kWhileLost = 0.05;
 /// Pixels with a gradient that are enough of a snapshot: it says less than a texture, and the outline is beside it.
 constexpr double kEnoughOfSnapshot = 2000;
 /// A snapshot's pose is as sure as one frame's outline, and its turn at least as sure as this share of the outline's
