@@ -161,7 +161,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     }
   }
   double trust = 1;
-  if (!alignment.has_texture || is_blank(alignment.texture)) {
+  if (!alignment.has_texture) {
     trust = 0;
   } else if (alignment.has_contour) {
     const double texture = alignment.texture.equations.A.trace();

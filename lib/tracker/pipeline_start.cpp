@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/one_color.hpp"
 #include "holdfast/error.hpp"
 #include "tracker/pipeline.hpp"
 
@@ -24,7 +25,9 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       lit_patches_(device.impl(), levels_),
       state_(extent_),
       tried_(extent_) {
-  has_appearance_ = mesh.has_appearance() && tuning.texture;
+  // What is of one colour is followed as if it had none, as long as its outline may be asked.
+  const bool plain = tuning.contour && !tuning.paper() && is_of_one_color(mesh);
+  has_appearance_ = mesh.has_appearance() && !plain && tuning.texture;
   faceted_ = tuning.shading && has_flat_faces(mesh);
   warm_up();
 }

@@ -175,8 +175,9 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   result.known_contour = state.colors.known();
   result.usual_inlier_ratio = state.usual.inlier_ratio;
   result.usual_outline = state.usual.outline();
-  // A model of one colour has a texture too; before a frame was held nothing has told that it says nothing.
-  const bool blank = state.usual.held_frames == 0 && alignment.has_texture && is_blank(alignment.texture);
+  // A side in view may be blank; before a frame was held nothing has told that texture says nothing.
+  const bool blank = state.usual.held_frames == 0 && alignment.has_texture &&
+                     alignment.texture.sums.gradient * alignment.texture.row_stride < kFewGradients;
   result.first = !state.seen;
   result.without_outline = state.without_outline;
   result.sure_snapshot = state.sure_snapshot;

@@ -41,13 +41,8 @@ struct UsualEvidence {
   bool unobservable_usually() const { return held_frames == 0 || unobservable > 0.5; }
 };
 
-/// Pixels with a gradient, and their share of those seen, fewer of which are no texture to go by: light on a model of
-/// one colour makes some.
-inline constexpr double kFewGradients = 100, kFewOfSeen = 0.02;
-inline bool is_blank(const TextureTerms& texture) {
-  return texture.sums.gradient * texture.row_stride < kFewGradients ||
-         texture.sums.gradient < kFewOfSeen * texture.sums.visible;
-}
+/// Pixels with a gradient, fewer of which are no texture to go by.
+inline constexpr double kFewGradients = 100;
 /// Share of the usual score that is believed at once.
 inline constexpr double kUsualShare = 0.8;
 

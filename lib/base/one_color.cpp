@@ -1,0 +1,44 @@
+#include "base/one_color.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace holdfast {
+namespace {
+
+/// Levels of 255 by which colours that are alike may differ, a channel: what compression makes of one.
+constexpr int kAlike = 8;
+
+/// The span of each channel.
+struct Spans {
+  std::array<int, 3> least{255, 255, 255}, most{0, 0, 0};
+
+  /// False once some channel's is too wide.
+  bool add(const std::uint8_t* rgb) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      least[channel] = std::min<int>(least[channel], rgb[channel]);
+      most[channel] = std::max<int>(most[channel], rgb[channel]);
+      if (most[channel] - least[channel] > kAlike) return false;
+    }
+    return true;
+  }
+};
+
+}  // namespace
+
+bool is_of_one_color(const Mesh& mesh) {
+  Spans spans;
+  for (const auto& color : mesh.colors) {
+    if (!spans.add(color.data())) return false;
+  }
+  for (const Material& material : mesh.materials) {
+    const std::vector<std::uint8_t>& rgba = material.texture.rgba;
+    for (std::size_t i = 0; i + 4 <= rgba.size(); i += 4) {
+      if (!spans.add(rgba.data() + i)) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace holdfast
