@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/one_color.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/mesh.hpp"
 #include "render/texture_levels.hpp"
@@ -65,6 +66,23 @@ Box box_average(const Texture& texture, int channel, double x0, double x1, doubl
 }
 
 }  // namespace
+
+TEST_CASE("one colour, as compression leaves it, is told from two, on vertices and in textures") {
+  Mesh mesh = tetrahedron();
+  CHECK(is_of_one_color(mesh));
+  mesh.colors = {{90, 100, 110, 255}, {98, 100, 110, 255}, {94, 96, 110, 255}, {90, 100, 103, 255}};
+  CHECK(is_of_one_color(mesh));
+  mesh.colors[3][1] = 105;
+  CHECK_FALSE(is_of_one_color(mesh));
+  mesh.colors.clear();
+  Material material;
+  material.texture = {2, 1, {50, 60, 70, 255, 55, 60, 70, 255}};
+  mesh.materials = {material};
+  CHECK(is_of_one_color(mesh));
+  material.texture.rgba[2] = 79;
+  mesh.materials.push_back(material);
+  CHECK_FALSE(is_of_one_color(mesh));
+}
 
 TEST_CASE("Centre and radius are of the bounding box") {
   const Mesh mesh = tetrahedron();
