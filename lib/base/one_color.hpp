@@ -4,7 +4,7 @@
 
 namespace holdfast {
 
-/// Whether all vertex colours and texels of a mesh are alike, so that there is nothing on it to follow.
+/// All vertex colours and texels of the mesh are alike: nothing on it is to be followed.
 bool is_of_one_color(const Mesh& mesh);
 
 }  // namespace holdfast

@@ -22,7 +22,7 @@ struct Moments {
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
 };
 
-/// Of the surface, whatever its triangles.
+/// The centre and spread of the surface are the same however it is cut into triangles.
 Moments area_moments(const Mesh& mesh) {
   const Eigen::Vector3d origin = mesh.center();
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
@@ -46,7 +46,7 @@ Moments area_moments(const Mesh& mesh) {
   return {origin + mean, second / all - mean * mean.transpose()};
 }
 
-/// Whether turning it about this axis leaves the convex hull as it is.
+/// The convex hull stays as it is when it is turned about this axis.
 bool is_round(const std::vector<Eigen::Vector3d>& arms, const Eigen::Vector3d& axis) {
   const Eigen::Vector3d across = axis.unitOrthogonal(), other = axis.cross(across);
   double reach = 0;

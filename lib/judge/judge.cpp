@@ -142,7 +142,7 @@ bool is_probable_by_texture(const Alignment& a) {
           (ratio >= kFoundPartRatio && correlation >= kFoundPartCorrelation));
 }
 
-/// Whether contour and edges together show the object, by this share of what is usual.
+/// Contour and edges together show the object, by this share of what is usual.
 bool shows_outline(const Alignment& a, const AcceptanceContext& context, double share) {
   const UsualOutline& usual = context.usual_outline;
   if (outline_score(a, usual) < share) return false;

@@ -25,7 +25,7 @@ Pipeline::Pipeline(const Mesh& mesh, const Camera& camera, const Tuning& tuning,
       lit_patches_(device.impl(), levels_),
       state_(extent_),
       tried_(extent_) {
-  // What is of one colour is followed as if it had none, as long as its outline may be asked.
+  // A model of one colour is followed as if it had none, as long as its outline may be asked.
   const bool plain = tuning.contour && !tuning.paper() && is_of_one_color(mesh);
   has_appearance_ = mesh.has_appearance() && !plain && tuning.texture;
   faceted_ = tuning.shading && has_flat_faces(mesh);
