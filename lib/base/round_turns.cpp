@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace holdfast {
 namespace {
@@ -15,7 +16,6 @@ constexpr double kMostUneven = 0.04;
 /// Directions about an axis and, up to its poles, along it; vertices that are looked at.
 constexpr int kAround = 36, kAlong = 5;
 constexpr std::size_t kMostVertices = 20000;
-constexpr double kPi = 3.14159265358979323846;
 
 struct Moments {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
@@ -52,10 +52,10 @@ bool is_round(const std::vector<Eigen::Vector3d>& arms, const Eigen::Vector3d& a
   double reach = 0;
   for (const Eigen::Vector3d& arm : arms) reach = std::max(reach, arm.cross(axis).norm());
   for (int i = 1; i <= kAlong; ++i) {
-    const double polar = kPi * i / (kAlong + 1);
+    const double polar = std::numbers::pi * i / (kAlong + 1);
     double least = std::numeric_limits<double>::infinity(), most = -least;
     for (int j = 0; j < kAround; ++j) {
-      const double turn = 2 * kPi * j / kAround;
+      const double turn = 2 * std::numbers::pi * j / kAround;
       const Eigen::Vector3d d =
           std::cos(polar) * axis + std::sin(polar) * (std::cos(turn) * across + std::sin(turn) * other);
       double farthest = -std::numeric_limits<double>::infinity();
