@@ -320,3 +320,21 @@ TEST_CASE("a model whose edges lie some pixels beside the object's stays where i
   }
   CHECK(kept >= 3);
 }
+
+TEST_CASE("a model whose edges lie beside the object's is aligned where the given pose finds far fewer edges") {
+  const GreyBox& box = grey_box();
+  Mesh model = test::block(kSize);
+  for (Eigen::Vector3f& p : model.positions) p.y() *= 1.05F;
+  Tracker tracker(model, box.sequence.camera());
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      CAPTURE(axis);
+      CAPTURE(side);
+      const Pose T_start = box.pose(0) * Eigen::AngleAxisd(side * 0.06, Eigen::Vector3d::Unit(axis));
+      tracker.reset(T_start);
+      const FrameResult first = tracker.track(box.view(0));
+      CHECK(first.status == Status::held);
+      CHECK(off_pixels(box.pose(0), first.T_camera_object) < 0.8 * off_pixels(box.pose(0), T_start));
+    }
+  }
+}

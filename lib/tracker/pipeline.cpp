@@ -46,8 +46,9 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
-    if (!held(best) && !state_.seen && !state_.motion.lost() && start_as_given(prior_.T_camera_object)) {
-      best = aligner_.align(prior_.T_camera_object, fine_plan(state_.finest, state_), state_);
+    if (!held(best) && !state_.seen && !state_.motion.lost()) {
+      const std::optional<Pose> T_first = start_as_given(prior_.T_camera_object, best.T_camera_object);
+      if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
       // Where both may find it they take turns.

@@ -51,9 +51,10 @@ class Pipeline {
   void see(const Pose& T_camera_object, bool exact, TrackingState& state);
   /// Whether a pose that the outline alone holds, with nothing in front of it, has the model's print on it.
   void look_for_print(const Alignment& alignment);
-  /// Takes a first pose at its word where the model's own edges are not found and the frame has others that go along
-  /// with them: they are followed instead. False where there are none.
-  bool start_as_given(const Pose& T_camera_object);
+  /// The pose at which a model starts whose own edges are not found, while the frame has others that go along with
+  /// them: they are followed instead. The given pose is taken at its word, unless the aligned one finds far more
+  /// edges. None where the frame has no such edges.
+  std::optional<Pose> start_as_given(const Pose& T_given, const Pose& T_aligned);
 
   Alignment follow(const MotionPrior& prior);
   std::optional<Alignment> follow_directly(const MotionPrior& prior);

@@ -33,6 +33,8 @@ constexpr int kMostSnapshotMisses = 5;
 constexpr double kMostlySeen = 0.5;
 /// Share of the lines across edges that must see one for a first pose to be taken at its word.
 constexpr double kMostlyCoherent = 0.45;
+/// Share of the edges that an aligned pose finds, below which the given one is not what was meant.
+constexpr double kAsManyEdges = 0.5;
 /// Mean reliability of texture below which frames do not show it (clay 0.01, brushed metal 0.03, a label of 20 %
 /// contrast, blurred, 0.2 to 0.3), of how many frames, and first ones that do not count.
 constexpr double kUnlike = 0.06;
@@ -106,15 +108,20 @@ void Pipeline::see(const Pose& T_camera_object, bool exact, TrackingState& state
   }
 }
 
-bool Pipeline::start_as_given(const Pose& T_camera_object) {
-  if (!tuning_.edges || !tuning_.contour || tuning_.paper() || !aligner_.edges().has_edges()) return false;
-  const int level = std::min(state_.finest + 1, aligner_.contour().coarsest(T_camera_object, state_.finest));
-  if (aligner_.edges().coherence(T_camera_object, level) < kMostlyCoherent) return false;
-  state_.edges = aligner_.edges().no_memory();
+std::optional<Pose> Pipeline::start_as_given(const Pose& T_given, const Pose& T_aligned) {
+  EdgeModality& edges = aligner_.edges();
+  if (!tuning_.edges || !tuning_.contour || tuning_.paper() || !edges.has_edges()) return {};
+  const auto score = [&](const Pose& pose) {
+    return edges.linearize(pose, state_.finest, kClosestEdgeSearch, edges.no_memory()).score();
+  };
+  const Pose& T_start = score(T_given) < kAsManyEdges * score(T_aligned) ? T_aligned : T_given;
+  const int level = std::min(state_.finest + 1, aligner_.contour().coarsest(T_start, state_.finest));
+  if (edges.coherence(T_start, level) < kMostlyCoherent) return {};
+  state_.edges = edges.no_memory();
   state_.edges.off_model = true;
-  aligner_.edges().learn(T_camera_object, state_.finest, state_.edges);
-  see(T_camera_object, true, state_);
-  return true;
+  edges.learn(T_start, state_.finest, state_.edges);
+  see(T_start, true, state_);
+  return T_start;
 }
 
 void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState& state) const {
