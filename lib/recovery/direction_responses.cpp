@@ -11,6 +11,8 @@ constexpr double kPi = 3.14159265358979324;
 constexpr float kNoise2 = (8.0F / 255) * (8.0F / 255);
 /// Response to an edge of the next direction, and what one across takes away, of 1.
 constexpr float kNext = 0.6F, kAcross = 0.33F;
+/// Pixels around one over which what an edge says is averaged: where there are many, one says little.
+constexpr int kAround = 6;
 /// Pixels on either side of a contour that its colours are looked at.
 constexpr double kBeside = 2;
 /// Share of colours in a contour's response.
@@ -86,6 +88,35 @@ void DirectionResponses::put(int plane, int x, int y, int value) {
       static_cast<std::uint8_t>(value);
 }
 
+/// What edges say for a direction beyond what they say all around.
+std::vector<float> DirectionResponses::beside_others(const float* value) const {
+  const int across = width_ + 1;
+  std::vector<float> said(seen_.size());
+  std::vector<double> sums(static_cast<std::size_t>(across) * static_cast<std::size_t>(height_ + 1));
+  const auto sum = [&](int x, int y) -> double& {
+    return sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+  };
+  const auto index = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  };
+  for (int y = 0; y < height_; ++y) {
+    double row = 0;
+    for (int x = 0; x < width_; ++x) {
+      row += static_cast<double>(std::max(0.0F, value[seen_[index(x, y)]]));
+      sum(x + 1, y + 1) = sum(x + 1, y) + row;
+    }
+  }
+  for (int y = 0; y < height_; ++y) {
+    const int top = std::max(0, y - kAround), bottom = std::min(height_, y + kAround + 1);
+    for (int x = 0; x < width_; ++x) {
+      const int left = std::max(0, x - kAround), right = std::min(width_, x + kAround + 1);
+      const double all = sum(right, bottom) - sum(left, bottom) - sum(right, top) + sum(left, top);
+      said[index(x, y)] = value[seen_[index(x, y)]] - static_cast<float>(all / ((right - left) * (bottom - top)));
+    }
+  }
+  return said;
+}
+
 void DirectionResponses::compute(const float* rgb, int stride, const std::vector<float>& says, int width, int height,
                                  int margin) {
   width_ = width;
@@ -112,17 +143,18 @@ void DirectionResponses::compute(const float* rgb, int stride, const std::vector
     beside_x[d] = static_cast<int>(std::lround(kBeside * std::cos(d * kPi / kEdges)));
     beside_y[d] = static_cast<int>(std::lround(kBeside * std::sin(d * kPi / kEdges)));
   }
+  std::vector<float> said[kEdges];
+  for (int d = 0; d < kEdges; ++d) said[d] = beside_others(value[d]);
   const int border = static_cast<int>(kBeside);
   for (int y = border; y + border < height; ++y) {
     for (int x = border; x + border < width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-      const std::uint8_t bits = seen_[i];
-      for (int d = 0; d < kEdges && bits != 0; ++d) put(d, x, y, level_of(value[d][bits]));
+      for (int d = 0; d < kEdges; ++d) put(d, x, y, level_of(said[d][i]));
       for (int d = 0; d < kContours; ++d) {
         const std::ptrdiff_t across = static_cast<std::ptrdiff_t>(beside_y[d]) * width + beside_x[d];
         const float* here = says.data() + i;
         const float contrast = 0.5F * (here[-across] - here[across]);
-        put(kEdges + d, x, y, level_of((1 - kColors) * value[d % kEdges][bits] + kColors * contrast));
+        put(kEdges + d, x, y, level_of((1 - kColors) * said[d % kEdges][i] + kColors * contrast));
       }
     }
   }

@@ -33,6 +33,7 @@ class DirectionResponses {
 
  private:
   void find_edges(const float* rgb, int stride);
+  std::vector<float> beside_others(const float* value) const;
   const std::uint8_t* at(int plane, int x, int y) const {
     const int phase = (y % kStep) * kStep + x % kStep;
     return planes_.data() +

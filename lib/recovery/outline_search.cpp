@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+
+#include "recovery/relocalizer.hpp"
 
 namespace holdfast {
 namespace {
@@ -21,8 +24,13 @@ constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
 /// Templates that are compared with a frame, and views drawn for them.
 constexpr std::size_t kTemplates = 2000;
 /// All of them by one of so many of their points, and the best by all.
-constexpr std::size_t kEach = 5, kMostLookedAt = 60;
+constexpr std::size_t kEach = 3, kMostLookedAt = 200;
 constexpr int kMostViews = 12;
+/// Of these, each so many-th point moves the pose to where more agree: first steps, radians or pixels of the level, of
+/// which each next is half, and how often each is gone through at most.
+constexpr std::size_t kEachRefined = 2;
+constexpr double kFirstTurn = 0.12, kFirstShift = 2;
+constexpr int kSteps = 3, kRounds = 4;
 /// Starts that are proposed, and how far apart they are, object radii or radians.
 constexpr std::size_t kMostStarts = 3;
 constexpr double kApart = 0.5, kTurnedApart = 0.3;
@@ -177,6 +185,66 @@ Pose OutlineSearch::pose_at(const Peak& peak) const {
   return renormalized(T);
 }
 
+double OutlineSearch::agreement(const View& view, const Pose& T_camera_object) const {
+  const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
+  const Pose D = T_camera_object * view.T_camera_object.inverse();
+  const double twist = std::atan2(D(1, 0) - D(0, 1), D(0, 0) + D(1, 1));
+  const double turns = (twist / (2 * std::numbers::pi) + 2) * DirectionResponses::kContours + 0.5;
+  const int margin = responses_.margin();
+  const int width = responses_.columns() * DirectionResponses::kStep,
+            height = responses_.rows() * DirectionResponses::kStep;
+  double sum = 0, used = 0;
+  for (std::size_t n = 0; n < view.points.size(); n += kEachRefined) {
+    const OutlinePoint& point = view.points[n];
+    const Eigen::Vector3d p = D * point.p_camera.cast<double>();
+    used += 1;
+    const int x = margin + static_cast<int>(std::lround(camera.fx * p.x() / p.z() + camera.cx));
+    const int y = margin + static_cast<int>(std::lround(camera.fy * p.y() / p.z() + camera.cy));
+    if (p.z() <= 0 || x < 0 || y < 0 || x >= width || y >= height) {
+      sum += DirectionResponses::kNothing;
+      continue;
+    }
+    const int direction = static_cast<int>(turns + static_cast<double>(point.normal) * DirectionResponses::kContours /
+                                                       (2 * std::numbers::pi)) %
+                          DirectionResponses::kContours;
+    sum += point.contour ? *responses_.contours(direction, x, y)
+                         : *responses_.edges(direction % DirectionResponses::kEdges, x, y);
+  }
+  return sum / std::max(1.0, used);
+}
+
+OutlineSearch::Found OutlineSearch::refined(const Peak& peak) const {
+  const View& view = views_[peak.shown.view];
+  const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
+  Found best;
+  best.T_camera_object = pose_at(peak);
+  best.score = agreement(view, best.T_camera_object);
+  for (int step = 0; step < kSteps; ++step) {
+    const double turn = kFirstTurn / (1 << step), shift = kFirstShift / (1 << step);
+    bool moved = true;
+    for (int round = 0; round < kRounds && moved; ++round) {
+      moved = false;
+      for (int motion = 0; motion < 12; ++motion) {
+        const double side = motion % 2 == 0 ? 1 : -1;
+        Pose T = best.T_camera_object;
+        const Eigen::Vector3d p_center = T * extent_.p_object_center;
+        if (motion < 6) {
+          T = turned_about_center(T, extent_, Eigen::Vector3d::Unit(motion / 2), side * turn);
+        } else if (motion < 10) {
+          T.translation()(motion / 2 - 3) += side * shift * p_center.z() / camera.fx;
+        } else {
+          T.translation() += side * turn / 2 * p_center;
+        }
+        const double score = agreement(view, T);
+        if (score <= best.score) continue;
+        best = {T, score};
+        moved = true;
+      }
+    }
+  }
+  return best;
+}
+
 std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors) {
   if (!searching_) plan(T_last);
   searching_ = true;
@@ -199,10 +267,12 @@ std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistogram
   std::stable_sort(peaks.begin(), peaks.end(), better);
   peaks.resize(std::min(kMostLookedAt, peaks.size()));
   for (Peak& peak : peaks) peak = best_place(peak.shown, 1);
-  std::stable_sort(peaks.begin(), peaks.end(), better);
+  std::vector<Found> found;
+  for (const Peak& peak : peaks) found.push_back(refined(peak));
+  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.score > b.score; });
   std::vector<Pose> poses;
-  for (const Peak& peak : peaks) {
-    const Pose T = pose_at(peak);
+  for (const Found& near : found) {
+    const Pose& T = near.T_camera_object;
     const auto same = [&](const Pose& other) {
       return turn_between(T, other) < kTurnedApart &&
              ((T * extent_.p_object_center) - (other * extent_.p_object_center)).norm() < kApart * extent_.radius;

@@ -59,6 +59,14 @@ class OutlineSearch {
   /// The place where a template agrees best, by each so many-th of its points.
   Peak best_place(const Template& shown, std::size_t each);
   Pose pose_at(const Peak& peak) const;
+  struct Found {
+    Pose T_camera_object;
+    double score = 0;
+  };
+  /// The pose around a peak's at which most of its points agree.
+  Found refined(const Peak& peak) const;
+  /// How well the points of a view agree where a pose near it puts them.
+  double agreement(const View& view, const Pose& T_camera_object) const;
 
   const Device::Impl& device_;
   const std::vector<Level>& levels_;

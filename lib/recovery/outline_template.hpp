@@ -13,6 +13,7 @@ struct OutlinePoint {
   float x = 0, y = 0;
   float normal = 0;      ///< of a contour out of the object
   bool contour = false;  ///< else an edge within it
+  Eigen::Vector3f p_camera = Eigen::Vector3f::Zero();
 };
 
 /// Points of the contour and of the model's edges in a view, at most `most`, evenly taken; `p_center`: the object's
