@@ -155,6 +155,8 @@ std::vector<Feature> other_features() {
   std::string stl(80, ' ');
   stl += raw<std::uint32_t>({1}) + raw<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0});
   return {
+      {"PLY", "TextureFile without coordinates", "m.ply", ply(named, "", "", points + "3 0 1 2\n"), Outcome::warned,
+       kPlain},
       {"OFF", "text", "m.off", off("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), {}, kPlain},
       {"OFF",
        "colours of vertices (COFF)",

@@ -197,7 +197,7 @@ TEST_CASE("PLY: coordinates of faces without a texture, under other names, in st
            list + "\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n";
   };
   folder.write("a.png", four_colors());
-  for (const char* list : {"texcoord", "t", "uv"}) {
+  for (const char* list : {"texcoord", "t", "uv", "st", "tex_coords", "texture_coordinates", "TexCoord"}) {
     CAPTURE(list);
     const Mesh mesh = io::load_model(folder.write("m.ply", ply("comment TextureFile a.png \n", list)));
     CHECK(seen(mesh, 0, 0.1, 0.1) == kBlue);
@@ -239,9 +239,11 @@ TEST_CASE("glTF: KHR_texture_transform and wrapping") {
   };
   // v goes down in the file: coordinate (0, 0) is the upper left corner, red.
   CHECK(seen(load("{}"), 0, 0.1, 0.1) == kRed);
+    CHECK(io::load_model(folder.write("l.ply", ply("COMMENT texturefile a.png\n", list))).has_appearance());
   CHECK(seen(load("{}"), 0, 0.6, 0.1) == kGreen);
   CHECK(seen(load("{}"), 0, 0.1, 0.6) == kBlue);
   CHECK(seen(load(R"({"offset":[0.5,0]})"), 0, 0.1, 0.1) == kGreen);
+  CHECK(any_says(remarks_of(folder.write("o.ply", ply("comment TextureFile a.png\n", "other"))), "no coordinates"));
   CHECK(seen(load(R"({"offset":[0,0.5]})"), 0, 0.1, 0.1) == kBlue);
   CHECK(seen(load(R"({"scale":[2,1]})"), 0, 0.3, 0.1) == kGreen);
   // The specification's example: the lower left quarter of the picture alone, turned by 90 degrees.
@@ -259,6 +261,28 @@ TEST_CASE("glTF: KHR_texture_transform and wrapping") {
   CHECK(seen(load(twice, R"({"wrapS":33648})"), 0, 0.85, 0.1) == kRed);
   CHECK(seen(load(twice, R"({"wrapS":33071})"), 0, 0.85, 0.1) == kGreen);  // clamped
   CHECK(seen(load(R"({"scale":[1,2]})", R"({"wrapT":33071})"), 0, 0.1, 0.85) == kBlue);
+TEST_CASE("PLY: numbers, names and line ends of other programs") {
+  const TemporaryFolder folder;
+  const auto ply = [](const std::string& type, const std::string& values, const std::string& end = "\n") {
+    std::string text =
+        "ply|format ascii 1.0|obj_info x|element vertex 3|property float X|property float Y|property float Z";
+    for (const char* name : {"Red", "Green", "Blue"}) text += "|property " + type + " " + name;
+    text += "|element face 1|property list uchar int Vertex_Indices|end_header|";
+    for (const char* place : {"0 -0 0", "+1 0 0", "0 .1e1 0"}) text += std::string(place) + " " + values + "|";
+    text += "3 0 1 2|";
+    for (std::size_t at = 0; (at = text.find('|', at)) != text.npos; at += end.size()) text.replace(at, 1, end);
+    return text;
+  };
+  for (const char* end : {"\n", "\r\n", "\r"}) {
+    const Mesh mesh = io::load_model(folder.write("m.ply", ply("uchar", "0 128 255", end)));
+    REQUIRE(mesh.colors.size() == 3);
+    CHECK(mesh.colors[0] == Color{0, 128, 255, 255});
+    CHECK(mesh.positions[1] == Eigen::Vector3f(1, 0, 0));
+  }
+  CHECK(io::load_model(folder.write("m.ply", ply("ushort", "0 32896 65535"))).colors[0] == Color{0, 128, 255, 255});
+  CHECK(io::load_model(folder.write("m.ply", ply("float", "0 0.5 1"))).colors[0] == Color{0, 128, 255, 255});
+}
+
 }
 
 TEST_CASE("glTF: base colours, alone and over a texture") {
