@@ -148,6 +148,44 @@ TEST_CASE("OBJ: materials in a folder of their own, under names that the MTL lac
   CHECK(remarks_of(folder.write("m.obj", "mtllib sub/a.mtl\n" + body + "usemtl m\nf 1/1 2/2 3/3\n")).empty());
 }
 
+TEST_CASE("OBJ: a plain look where the file seems to have one is told") {
+  const TemporaryFolder folder;
+  folder.write("a.png", four_colors());
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n", face = "f 1/1 2/2 3/3\n";
+  const auto remarks = [&](const std::string& material, const std::string& body) {
+    folder.write("m.mtl", "newmtl m\n" + material + "\n");
+    return remarks_of(folder.write("m.obj", body));
+  };
+  CHECK(any_says(remarks("", corners + "usemtl m\n" + face), "'m', but names no material file"));
+  CHECK(any_says(remarks("map_Ka a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face), "map_Ka"));
+  CHECK(any_says(remarks("map_Ke a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face), "map_Ke"));
+  CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\nf 1 2 3\n"), "texture coordinates"));
+  CHECK(remarks("map_Ka a.png\nmap_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face).empty());
+  CHECK(remarks("", corners + face).empty());
+}
+
+TEST_CASE("OBJ: names in quotes, keywords in capitals") {
+  const TemporaryFolder folder;
+  folder.write("a b.png", four_colors());
+  folder.write("the m.mtl", "NEWMTL m\nMAP_KD \"a b.png\"\n");
+  const Mesh mesh = io::load_model(folder.write(
+      "m.obj", "MTLLIB \"the m.mtl\"\nV 0 0 0\nV 1 0 0\nV 0 1 0\nVT 0 0\nVT 1 0\nVT 0 1\nUSEMTL m\nF 1/1 2/2 3/3\n"));
+  CHECK(seen(mesh, 0, 0.1, 0.1) == kBlue);
+}
+
+TEST_CASE("OBJ: colours of vertices as shares of 1, or of 255") {
+  const TemporaryFolder folder;
+  const auto colors = [&](const char* first, const char* second) {
+    const Mesh mesh = io::load_model(
+        folder.write("m.obj", std::string("v 0 0 0 ") + first + "\nv 1 0 0 " + second + "\nv 0 1 0 0 0 0\nf 1 2 3\n"));
+    REQUIRE(mesh.colors.size() == 3);
+    return std::pair{mesh.colors[mesh.triangles[0][0]], mesh.colors[mesh.triangles[0][1]]};
+  };
+  CHECK(colors("1 0 0", "0 0.5 1") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0", "0 0.5 1.02") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0", "0 128 255") == std::pair{Color{1, 0, 0, 255}, Color{0, 128, 255, 255}});
+}
+
 TEST_CASE("OBJ: colours of materials are seen where there are several, and one alone is none") {
   const TemporaryFolder folder;
   folder.write("m.mtl", "newmtl r\nKd 1 0 0\nnewmtl g\nKd 0 1 0\n");

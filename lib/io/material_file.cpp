@@ -88,11 +88,13 @@ std::vector<NamedMaterial> load_materials(const fs::path& path, std::vector<std:
   for (std::string_view line; next_line(text, line);) {
     const std::string keyword = lower(next_word(line));
     if (keyword == "newmtl") {
-      materials.push_back({std::string(trimmed(line)), path, {}, {}});
+      materials.push_back({std::string(trimmed(line)), path, {}, {}, {}});
     } else if (materials.empty()) {
       continue;
     } else if (keyword == "map_kd") {
       materials.back().map = parse_map(line, path, remarks);
+    } else if (keyword == "map_ka" || keyword == "map_ke") {
+      materials.back().other_map = keyword == "map_ka" ? "map_Ka" : "map_Ke";
     } else if (keyword == "kd") {
       const std::vector<double> values = take_numbers(line, 3);
       if (values.empty()) continue;  // a spectral curve
