@@ -155,6 +155,8 @@ std::vector<Feature> ply_features() {
        ply(named, "", lists, points + coordinates),
        {},
        kTextured},
+      {"PLY", "TextureFile without coordinates", "m.ply", ply(named, "", "", points + "3 0 1 2\n"), Outcome::warned,
+       kPlain},
       {"PLY", "coordinates without TextureFile", "m.ply", ply("", "", lists, points + coordinates), Outcome::warned,
        kPlain},
   };
@@ -165,8 +167,6 @@ std::vector<Feature> other_features() {
   std::string stl(80, ' ');
   stl += raw<std::uint32_t>({1}) + raw<float>({0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0});
   return {
-      {"PLY", "TextureFile without coordinates", "m.ply", ply(named, "", "", points + "3 0 1 2\n"), Outcome::warned,
-       kPlain},
       {"OFF", "text", "m.off", off("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), {}, kPlain},
       {"OFF",
        "colours of vertices (COFF)",
@@ -235,6 +235,12 @@ std::vector<Feature> gltf_features() {
        {},
        kTextured},
   };
+  features.push_back(
+      {"glTF 2.0", "a texture whose coordinates are not there", "m.gltf",
+       gltf(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})", picture(".png")),
+       Outcome::warned, kPlain});
+  features.push_back({"glTF 2.0", "emissiveTexture alone", "m.gltf",
+                      gltf(R"({"emissiveTexture":{"index":0}})", picture(".png")), Outcome::warned, kPlain});
   for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu"}) {
     features.push_back(
         {"glTF 2.0", name, "m.gltf", gltf(textured, picture(".png"), plain, required(name)), Outcome::refused, {}});

@@ -239,9 +239,11 @@ TEST_CASE("PLY: coordinates of faces without a texture, under other names, in st
     CAPTURE(list);
     const Mesh mesh = io::load_model(folder.write("m.ply", ply("comment TextureFile a.png \n", list)));
     CHECK(seen(mesh, 0, 0.1, 0.1) == kBlue);
+    CHECK(io::load_model(folder.write("l.ply", ply("COMMENT texturefile a.png\n", list))).has_appearance());
     CHECK(any_says(remarks_of(folder.write("n.ply", ply("", list))), "comment TextureFile"));
     CHECK_FALSE(io::load_model(folder / "n.ply").has_appearance());
   }
+  CHECK(any_says(remarks_of(folder.write("o.ply", ply("comment TextureFile a.png\n", "other"))), "no coordinates"));
   const Mesh colored = io::load_model(folder.write(
       "c.ply",
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement "
@@ -259,46 +261,6 @@ TEST_CASE("PLY: coordinates of faces without a texture, under other names, in st
   }
 }
 
-TEST_CASE("glTF: alpha counts only where the material says so") {
-  const TemporaryFolder folder;
-  CHECK(seen(io::load_model(folder.write("o.gltf", gltf(kTextured, half_transparent()))), 0, 0.2, 0.2)[3] == 255);
-  const std::string blend = R"({"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
-  CHECK(seen(io::load_model(folder.write("b.gltf", gltf(blend, half_transparent()))), 0, 0.2, 0.2)[3] == 128);
-}
-
-TEST_CASE("glTF: KHR_texture_transform and wrapping") {
-  const TemporaryFolder folder;
-  const auto load = [&](const std::string& transform, const std::string& sampler = "{}") {
-    return io::load_model(folder.write(
-        "m.gltf",
-        gltf(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":)" +
-                 transform + "}}}}",
-             four_colors(), sampler, R"(,"extensionsRequired":["KHR_texture_transform"])")));
-  };
-  // v goes down in the file: coordinate (0, 0) is the upper left corner, red.
-  CHECK(seen(load("{}"), 0, 0.1, 0.1) == kRed);
-    CHECK(io::load_model(folder.write("l.ply", ply("COMMENT texturefile a.png\n", list))).has_appearance());
-  CHECK(seen(load("{}"), 0, 0.6, 0.1) == kGreen);
-  CHECK(seen(load("{}"), 0, 0.1, 0.6) == kBlue);
-  CHECK(seen(load(R"({"offset":[0.5,0]})"), 0, 0.1, 0.1) == kGreen);
-  CHECK(any_says(remarks_of(folder.write("o.ply", ply("comment TextureFile a.png\n", "other"))), "no coordinates"));
-  CHECK(seen(load(R"({"offset":[0,0.5]})"), 0, 0.1, 0.1) == kBlue);
-  CHECK(seen(load(R"({"scale":[2,1]})"), 0, 0.3, 0.1) == kGreen);
-  // The specification's example: the lower left quarter of the picture alone, turned by 90 degrees.
-  const Mesh quarter = load(R"({"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]})");
-  for (const auto& [a, b] : {std::pair{0.05, 0.05}, {0.9, 0.05}, {0.05, 0.9}, {0.4, 0.4}}) {
-    CHECK(seen(quarter, 0, a, b) == kBlue);
-  }
-  // Turned alone: what lay to the right of the corner lies above it.
-  CHECK(seen(load(R"({"offset":[0,1],"rotation":1.57079632679})"), 0, 0.6, 0.1) == kRed);
-  CHECK(seen(load(R"({"offset":[0,1],"rotation":1.57079632679})"), 0, 0.1, 0.6) == kGrey);
-
-  const std::string twice = R"({"scale":[2,1]})";
-  CHECK(seen(load(twice, R"({"wrapS":10497})"), 0, 0.6, 0.1) == kRed);
-  CHECK(seen(load(twice, R"({"wrapS":33648})"), 0, 0.6, 0.1) == kGreen);  // mirrored
-  CHECK(seen(load(twice, R"({"wrapS":33648})"), 0, 0.85, 0.1) == kRed);
-  CHECK(seen(load(twice, R"({"wrapS":33071})"), 0, 0.85, 0.1) == kGreen);  // clamped
-  CHECK(seen(load(R"({"scale":[1,2]})", R"({"wrapT":33071})"), 0, 0.1, 0.85) == kBlue);
 TEST_CASE("PLY: numbers, names and line ends of other programs") {
   const TemporaryFolder folder;
   const auto ply = [](const std::string& type, const std::string& values, const std::string& end = "\n") {
@@ -321,6 +283,49 @@ TEST_CASE("PLY: numbers, names and line ends of other programs") {
   CHECK(io::load_model(folder.write("m.ply", ply("float", "0 0.5 1"))).colors[0] == Color{0, 128, 255, 255});
 }
 
+TEST_CASE("glTF: alpha counts only where the material says so") {
+  const TemporaryFolder folder;
+  CHECK(seen(io::load_model(folder.write("o.gltf", gltf(kTextured, half_transparent()))), 0, 0.2, 0.2)[3] == 255);
+  const std::string blend = R"({"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
+  CHECK(seen(io::load_model(folder.write("b.gltf", gltf(blend, half_transparent()))), 0, 0.2, 0.2)[3] == 128);
+  for (const auto& [cutoff, alpha] : {std::pair{"", 255}, {R"("alphaCutoff":0.6,)", 0}}) {
+    const std::string mask =
+        std::string(R"({"alphaMode":"MASK",)") + cutoff + R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
+    CHECK(seen(io::load_model(folder.write("m.gltf", gltf(mask, half_transparent()))), 0, 0.2, 0.2)[3] == alpha);
+  }
+}
+
+TEST_CASE("glTF: KHR_texture_transform and wrapping") {
+  const TemporaryFolder folder;
+  const auto load = [&](const std::string& transform, const std::string& sampler = "{}") {
+    return io::load_model(folder.write(
+        "m.gltf",
+        gltf(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":)" +
+                 transform + "}}}}",
+             four_colors(), sampler, R"(,"extensionsRequired":["KHR_texture_transform"])")));
+  };
+  // v goes down in the file: coordinate (0, 0) is the upper left corner, red.
+  CHECK(seen(load("{}"), 0, 0.1, 0.1) == kRed);
+  CHECK(seen(load("{}"), 0, 0.6, 0.1) == kGreen);
+  CHECK(seen(load("{}"), 0, 0.1, 0.6) == kBlue);
+  CHECK(seen(load(R"({"offset":[0.5,0]})"), 0, 0.1, 0.1) == kGreen);
+  CHECK(seen(load(R"({"offset":[0,0.5]})"), 0, 0.1, 0.1) == kBlue);
+  CHECK(seen(load(R"({"scale":[2,1]})"), 0, 0.3, 0.1) == kGreen);
+  // The specification's example: the lower left quarter of the picture alone, turned by 90 degrees.
+  const Mesh quarter = load(R"({"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]})");
+  for (const auto& [a, b] : {std::pair{0.05, 0.05}, {0.9, 0.05}, {0.05, 0.9}, {0.4, 0.4}}) {
+    CHECK(seen(quarter, 0, a, b) == kBlue);
+  }
+  // Turned alone: what lay to the right of the corner lies above it.
+  CHECK(seen(load(R"({"offset":[0,1],"rotation":1.57079632679})"), 0, 0.6, 0.1) == kRed);
+  CHECK(seen(load(R"({"offset":[0,1],"rotation":1.57079632679})"), 0, 0.1, 0.6) == kGrey);
+
+  const std::string twice = R"({"scale":[2,1]})";
+  CHECK(seen(load(twice, R"({"wrapS":10497})"), 0, 0.6, 0.1) == kRed);
+  CHECK(seen(load(twice, R"({"wrapS":33648})"), 0, 0.6, 0.1) == kGreen);  // mirrored
+  CHECK(seen(load(twice, R"({"wrapS":33648})"), 0, 0.85, 0.1) == kRed);
+  CHECK(seen(load(twice, R"({"wrapS":33071})"), 0, 0.85, 0.1) == kGreen);  // clamped
+  CHECK(seen(load(R"({"scale":[1,2]})", R"({"wrapT":33071})"), 0, 0.1, 0.85) == kBlue);
 }
 
 TEST_CASE("glTF: base colours, alone and over a texture") {
@@ -340,6 +345,19 @@ TEST_CASE("glTF: base colours, alone and over a texture") {
   REQUIRE(mesh.has_appearance());
   CHECK(mesh.colors[mesh.triangles[0][0]] == kRed);
   CHECK(mesh.colors[mesh.triangles[1][0]] == kBlue);
+}
+
+TEST_CASE("glTF: a plain look where the file seems to have one is told") {
+  const TemporaryFolder folder;
+  const auto remarks = [&](const std::string& material) {
+    return remarks_of(folder.write("m.gltf", gltf(material, four_colors())));
+  };
+  CHECK(any_says(remarks(R"({"emissiveTexture":{"index":0}})"), "emissiveTexture"));
+  CHECK(any_says(remarks(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})"), "TEXCOORD_1"));
+  CHECK(any_says(remarks(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":
+                            {"KHR_texture_transform":{"texCoord":2}}}}})"),
+                 "TEXCOORD_2"));
+  CHECK(remarks(R"({"emissiveTexture":{"index":0},"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})").empty());
 }
 
 TEST_CASE("glTF: what is not supported is named") {
