@@ -320,3 +320,15 @@ TEST_CASE("Poses that cannot be used: one line that names file, line and fault")
 TEST_CASE("A file that cannot be read though it exists says why") {
   CHECK_ERROR(io::load_camera("/proc/self/mem"), ErrorCode::file, "/proc/self/mem", "cannot be read", "permissions");
 }
+TEST_CASE("Text in UTF-16 is said to be that") {
+  const TemporaryFolder folder;
+  const std::string text(
+      "\xff\xfe"
+      "6\0"
+      "0\0",
+      6);
+  CHECK_ERROR(io::load_camera(folder.write("c.txt", text)), ErrorCode::file, "c.txt", "UTF-16");
+  CHECK_ERROR(io::load_pose(folder.write("p.txt", text)), ErrorCode::file, "p.txt", "UTF-16");
+  CHECK_ERROR(io::load_model(folder.write("m.obj", text)), ErrorCode::file, "m.obj", "UTF-16");
+}
+
