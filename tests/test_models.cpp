@@ -409,6 +409,7 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(150, 0.6).find("millimetres? pass --model-scale 0.001") != std::string::npos);
   CHECK(at(15, 0.6).find("centimetres or inches? pass --model-scale 0.01 or 0.0254") != std::string::npos);
   CHECK(at(9, 0.4).find("inches") != std::string::npos);
+  CHECK(at(5.9F, 0.6).find("inches") != std::string::npos);
   CHECK(at(12, 30).empty());  // a lorry
   CHECK(at(40, 90).empty());  // an aeroplane
   const auto seen_by = [&](int width, int height, double fx, double fy) {
