@@ -102,10 +102,8 @@ void finish(Evaluation& evaluation, const Tolerance& failure, const std::optiona
 }
 
 Mesh load_mesh(const EvaluateArguments& arguments, const fs::path& path, const Sequence& sequence) {
-  Mesh mesh = io::load_model(path, arguments.model_scale.value_or(sequence.model_scale));
-  if (arguments.poses.empty()) {
-    require_named_materials(mesh, path);
-  }
+  const ModelArguments model{path, arguments.model_scale.value_or(sequence.model_scale)};
+  Mesh mesh = model.load(arguments.poses.empty());
   warn_about_units(mesh, sequence.truth.front(),
                    sequence.frames.empty() ? std::nullopt : std::optional(sequence.camera));
   return mesh;

@@ -30,7 +30,7 @@ using namespace simulation;
 
 Mesh object_mesh(const SimulateArguments& arguments) {
   if (arguments.model == "box") return textured_box(arguments.box);
-  return io::load_model(arguments.model, arguments.model_scale);
+  return app::ModelArguments{arguments.model, arguments.model_scale}.load(arguments.report);
 }
 
 /// An object of fewer pixels across is not in the picture.
@@ -103,7 +103,6 @@ int run(SimulateArguments arguments) {
   const Mesh mesh = object_mesh(arguments);
   check_distance(arguments, options.camera, mesh);
   app::warn_about_units(mesh);
-  if (arguments.report) app::require_named_materials(mesh, arguments.model);
   if (arguments.report) {
     report(arguments, options, mesh);
     return app::kOk;

@@ -54,10 +54,12 @@ namespace app {
 namespace {
 
 /// True where a frame shows the object near this pose.
-bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view) {
+/// Whether the object is held from a pose, where `by_texture` by what is printed on it, which tells sides apart.
+bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view, bool by_texture) {
   try {
     follower.reset(T_camera_object);
-    return follower.track(view).status == Status::held;
+    const FrameResult result = follower.track(view);
+    return result.status == Status::held && (result.texture.holds || !by_texture);
   } catch (const Error&) {
     return false;  // behind the camera
   }
@@ -203,10 +205,13 @@ int TrackCommand::run() const {
     }
     tracked.located = true;
     tracked.result = follower.track(view, time_s);
-    if (tracked.ordinal == 0 && tracked.result.status == Status::lost && !completion) {
-      warn_if(pose_hint(*T_camera_object, [&](const Pose& pose) {
-                return is_held_from(follower, pose, view);
-              }).value_or(lost_start(tracked.result)));
+    // An object that is turned upon its outline is held by that, but not by its print.
+    const bool is_lost = tracked.result.status == Status::lost;
+    const bool unlike = tracked.result.texture.asked && !tracked.result.texture.holds;
+    if (tracked.ordinal == 0 && (is_lost || unlike) && !completion) {
+      const std::optional<std::string> hint =
+          pose_hint(*T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view, !is_lost); });
+      if (hint || is_lost) warn_if(hint.value_or(lost_start(tracked.result)));
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }

@@ -132,6 +132,26 @@ TEST_CASE("Cameras: fisheyes under every name, Kalibr's chain") {
   }
 }
 
+TEST_CASE("Cameras: coefficients of distortion by their names, and under names that are not known") {
+  const TemporaryFolder folder;
+  const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.yaml", text)); };
+  const std::string rest = "fx: 661.5\nfy: 662.25\ncx: 318.75\ncy: 241\nwidth: 640\nheight: 480\n";
+  const std::string five = "k1: -0.25\nk2: 0.125\np1: 0.001\np2: -0.002\nk3: 0.03\n";
+  check_camera(load(rest + five), 640, 480);
+  CHECK(load(rest + five).distortion == kFive);
+  CHECK(load(rest + "distortion: {k3: 0.03, p1: 0.001, p2: -0.002, k1: -0.25, k2: 0.125}\n").distortion == kFive);
+  CHECK(load(rest + "coeffs: [-0.25, 0.125, 0.001, -0.002, 0.03]\n").distortion == kFive);
+  const Camera fisheye = load(rest + "fisheye: 1\nk1: 0.1\nk2: 0.2\nk3: 0.3\nk4: 0.4\n");
+  CHECK(fisheye.distortion == std::array<double, 8>{0.1, 0.2, 0.3, 0.4, 0, 0, 0, 0});
+  for (const char* name : {"distortion_coefs", "dist_coefs", "distortion_parameters", "lens_distortion"}) {
+    CAPTURE(name);
+    CHECK_ERROR(load(rest + name + ": [0.1, 0.2]\n"), ErrorCode::camera, name, "distortion_coefficients");
+    CHECK_ERROR(load(rest + name + ": {k1: 0.1}\n"), ErrorCode::camera, name);
+    CHECK_FALSE(load(rest + name + ": [0, 0]\n").has_distortion());
+  }
+  CHECK_FALSE(load(rest + "distortion_model: plumb_bob\ndistance: far\n").has_distortion());
+}
+
 TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
   const TemporaryFolder folder;
   const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.yaml", text)); };
@@ -193,6 +213,12 @@ TEST_CASE("Cameras that cannot be used: one line that names the file and the fau
               "pixels");
   CHECK_ERROR(load("camera_model: omni\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "camera model 'omni'",
               "not supported");
+  CHECK_ERROR(load("camera_model: ds\nintrinsics: [-0.2, 0.6, 600, 600, 320, 240]"), ErrorCode::camera, "'ds'",
+              "not supported");
+  CHECK_ERROR(load("model: inverse_brown_conrady\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "inverse");
+  CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\nwidth: 640\nheight: 480\nroi: {x_offset: 600, y_offset: 0, width: 320, "
+                   "height: 240}"),
+              ErrorCode::camera, "'roi'", "640x480");
   CHECK_ERROR(load("fisheye_model: 1\nfx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [0.1, 0, 0, 0, 0]"), ErrorCode::camera,
               "5 distortion coefficients", "k1 k2 k3 k4");
   CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\ndist: [0,0,0,0,0,0,0,0,0.5,0,0,0]"), ErrorCode::camera, "thin prism");
@@ -315,6 +341,18 @@ TEST_CASE("Poses that cannot be used: one line that names file, line and fault")
   CHECK_ERROR(load("0 0 0 1 0 0 0 2"), ErrorCode::pose, "quaternion");
   CHECK_ERROR(io::load_poses(folder.write("p.txt", "1 0 0 0 0 1 0 0 0 0 1 5\n1 2 3\n")), ErrorCode::pose, "line 2",
               "3 numbers");
+}
+
+TEST_CASE("Text in UTF-16 is said to be that") {
+  const TemporaryFolder folder;
+  const std::string text(
+      "\xff\xfe"
+      "6\0"
+      "0\0",
+      6);
+  CHECK_ERROR(io::load_camera(folder.write("c.txt", text)), ErrorCode::file, "c.txt", "UTF-16");
+  CHECK_ERROR(io::load_pose(folder.write("p.txt", text)), ErrorCode::file, "p.txt", "UTF-16");
+  CHECK_ERROR(io::load_model(folder.write("m.obj", text)), ErrorCode::file, "m.obj", "UTF-16");
 }
 
 TEST_CASE("A file that cannot be read though it exists says why") {

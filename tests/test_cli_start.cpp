@@ -131,6 +131,17 @@ void check_near(const Pose& T_true, const Pose& T) {
 
 }  // namespace
 
+TEST_CASE("A first pose upon the outline, but upside down, is said to be that") {
+  Pose turned = scene().poses[0];
+  turned.linear() = Eigen::Vector3d(-1, -1, 1).asDiagonal() * turned.linear();
+  io::save_pose(scene().folder / "turned.txt", turned);
+  const auto said = [](const char* pose) {
+    return scene().track("frames", "box.obj", {"--init", pose, "--stop", "2", "--quiet", "--poses", "t.csv"}).err;
+  };
+  CHECK(said("turned.txt").find("found if that is read upside down") != std::string::npos);
+  CHECK(said("first.txt").empty());
+}
+
 TEST_CASE("Without a first pose the box is found in the first frame, and found again after it turned round") {
   const ProgramRun run = scene().track("frames", "box.obj", {"--poses", "poses.csv"});
   CAPTURE(run.err);

@@ -17,6 +17,7 @@
 #include "config_file.hpp"
 #include "evaluation/estimated_poses.hpp"
 #include "evaluation/folder_names.hpp"
+#include "evaluation/marked_points.hpp"
 #include "evaluation/model_choice.hpp"
 #include "evaluation/occluder_use.hpp"
 #include "evaluation/plots.hpp"
@@ -136,6 +137,25 @@ TEST_CASE("sequence folder: frames, camera, truth, visible shares") {
   CHECK(sequence.model_scale == 1);
 }
 
+TEST_CASE("sequence folder: natural order, what systems leave beside pictures, byte order marks") {
+  const Folder folder;
+  write_sequence(folder);
+  fs::rename(folder / "frames/000000.png", folder / "frames/9.png");
+  fs::rename(folder / "frames/000001.png", folder / "frames/10.png");
+  folder.write("frames/._9.png", "resource fork");
+  folder.write("visible.txt",
+               "\xef\xbb\xbf"
+               "1.000\r\n0.250\r\n");
+  const Sequence sequence = load_sequence(folder.path());
+  REQUIRE(sequence.frames.size() == 2);
+  CHECK(sequence.frames[0].filename() == "9.png");
+  CHECK(sequence.visible == std::vector<double>{1, 0.25});
+  folder.write("marks.csv",
+               "\xef\xbb\xbf"
+               "0,0,0,0.5,10,10\r\n");
+  CHECK(load_marked_points(folder / "marks.csv").size() == 1);
+}
+
 TEST_CASE("sequence folder: bad input") {
   const auto message = [](ErrorCode code, const Folder& folder) {
     return message_of(code, [&] { load_sequence(folder.path()); });
@@ -158,7 +178,7 @@ TEST_CASE("sequence folder: bad input") {
     write_sequence(folder);
     fs::remove(folder / "frames/000000.png");
     fs::remove(folder / "frames/000001.png");
-    CHECK(contains(message(ErrorCode::file, folder), "holds no images"));
+    CHECK(contains(message(ErrorCode::file, folder), "no image files"));
   }
   SUBCASE("more frames than poses") {
     const Folder folder;
@@ -297,6 +317,11 @@ TEST_CASE("BOP scene: bad input") {
     folder.write("scene_camera.json", R"({"2": {"cam_K": [60,0,31.5, 0,61,23.5, 0,0,1]},
       "10": {"cam_K": [70,0,31.5, 0,61,23.5, 0,0,1]}})");
     CHECK(contains(message(ErrorCode::file), "another cam_K"));
+  }
+  SUBCASE("a camera with a skew") {
+    folder.write("scene_camera.json", R"({"2": {"cam_K": [60,3,31.5, 0,61,23.5, 0,0,1]},
+      "10": {"cam_K": [60,3,31.5, 0,61,23.5, 0,0,1]}})");
+    CHECK(contains(message(ErrorCode::file), "skew"));
   }
 }
 

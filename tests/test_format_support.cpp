@@ -74,6 +74,7 @@ std::vector<Feature> obj_features() {
       {"OBJ", "map_Kd", "m.obj", textured("map_Kd a.png"), {}, kTextured},
       {"OBJ", "map_Kd -s, -o, -clamp", "m.obj", textured("map_Kd -s 2 1 1 -o 0.5 0 0 -clamp on a.png"), {}, kTextured},
       {"OBJ", "map_Kd -mm", "m.obj", textured("map_Kd -mm 0.1 2 a.png"), Outcome::warned, kTextured},
+      {"OBJ", "map_Ka or map_Ke without map_Kd", "m.obj", textured("map_Ka a.png"), Outcome::warned, kPlain},
       {"OBJ", "map_Kd whose picture is not there", "m.obj", textured("map_Kd b.png"), Outcome::refused, {}},
       {"OBJ", "Kd of one material alone", "m.obj", textured("Kd 1 0 0"), {}, kPlain},
       {"OBJ",
@@ -87,6 +88,15 @@ std::vector<Feature> obj_features() {
        "usemtl of a name that the MTL lacks",
        "m.obj",
        {{"m.obj", "mtllib m.mtl\n" + corners + "usemtl x\n" + face}, {"m.mtl", "newmtl m\n"}},
+       Outcome::warned,
+       kPlain},
+      {"OBJ", "usemtl without mtllib", "m.obj", plain(corners + "usemtl m\n" + face), Outcome::warned, kPlain},
+      {"OBJ",
+       "map_Kd on faces without texture coordinates",
+       "m.obj",
+       {{"m.obj", "mtllib m.mtl\n" + corners + "usemtl m\nf 1 2 3\n"},
+        {"m.mtl", "newmtl m\nmap_Kd a.png\n"},
+        {"a.png", picture(".png")}},
        Outcome::warned,
        kPlain},
       {"OBJ", "mtllib that is not there", "m.obj", plain("mtllib x.mtl\n" + corners + face), Outcome::warned, kPlain},
@@ -145,6 +155,8 @@ std::vector<Feature> ply_features() {
        ply(named, "", lists, points + coordinates),
        {},
        kTextured},
+      {"PLY", "TextureFile without coordinates", "m.ply", ply(named, "", "", points + "3 0 1 2\n"), Outcome::warned,
+       kPlain},
       {"PLY", "coordinates without TextureFile", "m.ply", ply("", "", lists, points + coordinates), Outcome::warned,
        kPlain},
   };
@@ -223,6 +235,12 @@ std::vector<Feature> gltf_features() {
        {},
        kTextured},
   };
+  features.push_back(
+      {"glTF 2.0", "a texture whose coordinates are not there", "m.gltf",
+       gltf(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})", picture(".png")),
+       Outcome::warned, kPlain});
+  features.push_back({"glTF 2.0", "emissiveTexture alone", "m.gltf",
+                      gltf(R"({"emissiveTexture":{"index":0}})", picture(".png")), Outcome::warned, kPlain});
   for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu"}) {
     features.push_back(
         {"glTF 2.0", name, "m.gltf", gltf(textured, picture(".png"), plain, required(name)), Outcome::refused, {}});

@@ -278,10 +278,10 @@ TEST_CASE("a stream of JPEGs is a video, though it begins as a picture does") {
   const TemporaryFolder folder;
   write_video(folder / "v.mjpeg", cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 5, 25);
   FrameSource source((folder / "v.mjpeg").string(), {});
-  Frame frame;
-  int frames = 0;
-  while (source.next(frame)) ++frames;
-  CHECK(frames == 5);
+  const Delivered all = deliver_all(source);
+  CHECK(all.numbers == std::vector<int>{0, 1, 2, 3, 4});
+  CHECK(all.times_s.front() == 0);  // its frames have no time stamps
+  CHECK(all.times_s.back() < 1);
 }
 
 TEST_CASE("inputs that cannot be opened say why") {
@@ -400,6 +400,27 @@ TEST_CASE("a video cut short delivers what is there and says so") {
   FrameSource untouched((folder / "v.avi").string());
   CHECK(deliver_all(untouched).numbers.size() == 10);
   CHECK_FALSE(untouched.ended_early());
+}
+
+TEST_CASE("a Matroska file cut short delivers what is there and says so") {
+  const TemporaryFolder folder;
+  write_video(folder / "v.mkv", kMotionJpeg, 10, 25);
+  const std::string whole = read_file(folder / "v.mkv");
+  CHECK_FALSE(video_damage(folder / "v.mkv"));
+  FrameSource source(folder.write("cut.mkv", whole.substr(0, whole.size() * 6 / 10)).string());
+  const std::size_t delivered = deliver_all(source).numbers.size();
+  CHECK(delivered >= 2);
+  CHECK(delivered < 10);
+  REQUIRE(source.ended_early());
+  CHECK(source.ended_early()->find("of " + std::to_string(whole.size()) + " bytes") != std::string::npos);
+  // A recording that was not finished knows no size.
+  std::string open = whole.substr(0, whole.size() * 6 / 10);
+  const std::size_t segment = open.find("\x18\x53\x80\x67");
+  REQUIRE(segment != std::string::npos);
+  open.replace(segment + 4, 8, "\x01\xff\xff\xff\xff\xff\xff\xff");
+  FrameSource unfinished(folder.write("open.mkv", open).string());
+  CHECK(deliver_all(unfinished).numbers.size() == delivered);
+  CHECK_FALSE(unfinished.ended_early());
 }
 
 TEST_CASE("an MP4 cut short has lost its index and says so") {

@@ -148,6 +148,44 @@ TEST_CASE("OBJ: materials in a folder of their own, under names that the MTL lac
   CHECK(remarks_of(folder.write("m.obj", "mtllib sub/a.mtl\n" + body + "usemtl m\nf 1/1 2/2 3/3\n")).empty());
 }
 
+TEST_CASE("OBJ: a plain look where the file seems to have one is told") {
+  const TemporaryFolder folder;
+  folder.write("a.png", four_colors());
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n", face = "f 1/1 2/2 3/3\n";
+  const auto remarks = [&](const std::string& material, const std::string& body) {
+    folder.write("m.mtl", "newmtl m\n" + material + "\n");
+    return remarks_of(folder.write("m.obj", body));
+  };
+  CHECK(any_says(remarks("", corners + "usemtl m\n" + face), "'m', but names no material file"));
+  CHECK(any_says(remarks("map_Ka a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face), "map_Ka"));
+  CHECK(any_says(remarks("map_Ke a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face), "map_Ke"));
+  CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\nf 1 2 3\n"), "texture coordinates"));
+  CHECK(remarks("map_Ka a.png\nmap_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face).empty());
+  CHECK(remarks("", corners + face).empty());
+}
+
+TEST_CASE("OBJ: names in quotes, keywords in capitals") {
+  const TemporaryFolder folder;
+  folder.write("a b.png", four_colors());
+  folder.write("the m.mtl", "NEWMTL m\nMAP_KD \"a b.png\"\n");
+  const Mesh mesh = io::load_model(folder.write(
+      "m.obj", "MTLLIB \"the m.mtl\"\nV 0 0 0\nV 1 0 0\nV 0 1 0\nVT 0 0\nVT 1 0\nVT 0 1\nUSEMTL m\nF 1/1 2/2 3/3\n"));
+  CHECK(seen(mesh, 0, 0.1, 0.1) == kBlue);
+}
+
+TEST_CASE("OBJ: colours of vertices as shares of 1, or of 255") {
+  const TemporaryFolder folder;
+  const auto colors = [&](const char* first, const char* second) {
+    const Mesh mesh = io::load_model(
+        folder.write("m.obj", std::string("v 0 0 0 ") + first + "\nv 1 0 0 " + second + "\nv 0 1 0 0 0 0\nf 1 2 3\n"));
+    REQUIRE(mesh.colors.size() == 3);
+    return std::pair{mesh.colors[mesh.triangles[0][0]], mesh.colors[mesh.triangles[0][1]]};
+  };
+  CHECK(colors("1 0 0", "0 0.5 1") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0", "0 0.5 1.02") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0", "0 128 255") == std::pair{Color{1, 0, 0, 255}, Color{0, 128, 255, 255}});
+}
+
 TEST_CASE("OBJ: colours of materials are seen where there are several, and one alone is none") {
   const TemporaryFolder folder;
   folder.write("m.mtl", "newmtl r\nKd 1 0 0\nnewmtl g\nKd 0 1 0\n");
@@ -197,13 +235,15 @@ TEST_CASE("PLY: coordinates of faces without a texture, under other names, in st
            list + "\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n";
   };
   folder.write("a.png", four_colors());
-  for (const char* list : {"texcoord", "t", "uv"}) {
+  for (const char* list : {"texcoord", "t", "uv", "st", "tex_coords", "texture_coordinates", "TexCoord"}) {
     CAPTURE(list);
     const Mesh mesh = io::load_model(folder.write("m.ply", ply("comment TextureFile a.png \n", list)));
     CHECK(seen(mesh, 0, 0.1, 0.1) == kBlue);
+    CHECK(io::load_model(folder.write("l.ply", ply("COMMENT texturefile a.png\n", list))).has_appearance());
     CHECK(any_says(remarks_of(folder.write("n.ply", ply("", list))), "comment TextureFile"));
     CHECK_FALSE(io::load_model(folder / "n.ply").has_appearance());
   }
+  CHECK(any_says(remarks_of(folder.write("o.ply", ply("comment TextureFile a.png\n", "other"))), "no coordinates"));
   const Mesh colored = io::load_model(folder.write(
       "c.ply",
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement "
@@ -221,11 +261,38 @@ TEST_CASE("PLY: coordinates of faces without a texture, under other names, in st
   }
 }
 
+TEST_CASE("PLY: numbers, names and line ends of other programs") {
+  const TemporaryFolder folder;
+  const auto ply = [](const std::string& type, const std::string& values, const std::string& end = "\n") {
+    std::string text =
+        "ply|format ascii 1.0|obj_info x|element vertex 3|property float X|property float Y|property float Z";
+    for (const char* name : {"Red", "Green", "Blue"}) text += "|property " + type + " " + name;
+    text += "|element face 1|property list uchar int Vertex_Indices|end_header|";
+    for (const char* place : {"0 -0 0", "+1 0 0", "0 .1e1 0"}) text += std::string(place) + " " + values + "|";
+    text += "3 0 1 2|";
+    for (std::size_t at = 0; (at = text.find('|', at)) != text.npos; at += end.size()) text.replace(at, 1, end);
+    return text;
+  };
+  for (const char* end : {"\n", "\r\n", "\r"}) {
+    const Mesh mesh = io::load_model(folder.write("m.ply", ply("uchar", "0 128 255", end)));
+    REQUIRE(mesh.colors.size() == 3);
+    CHECK(mesh.colors[0] == Color{0, 128, 255, 255});
+    CHECK(mesh.positions[1] == Eigen::Vector3f(1, 0, 0));
+  }
+  CHECK(io::load_model(folder.write("m.ply", ply("ushort", "0 32896 65535"))).colors[0] == Color{0, 128, 255, 255});
+  CHECK(io::load_model(folder.write("m.ply", ply("float", "0 0.5 1"))).colors[0] == Color{0, 128, 255, 255});
+}
+
 TEST_CASE("glTF: alpha counts only where the material says so") {
   const TemporaryFolder folder;
   CHECK(seen(io::load_model(folder.write("o.gltf", gltf(kTextured, half_transparent()))), 0, 0.2, 0.2)[3] == 255);
   const std::string blend = R"({"alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
   CHECK(seen(io::load_model(folder.write("b.gltf", gltf(blend, half_transparent()))), 0, 0.2, 0.2)[3] == 128);
+  for (const auto& [cutoff, alpha] : {std::pair{"", 255}, {R"("alphaCutoff":0.6,)", 0}}) {
+    const std::string mask =
+        std::string(R"({"alphaMode":"MASK",)") + cutoff + R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
+    CHECK(seen(io::load_model(folder.write("m.gltf", gltf(mask, half_transparent()))), 0, 0.2, 0.2)[3] == alpha);
+  }
 }
 
 TEST_CASE("glTF: KHR_texture_transform and wrapping") {
@@ -278,6 +345,19 @@ TEST_CASE("glTF: base colours, alone and over a texture") {
   REQUIRE(mesh.has_appearance());
   CHECK(mesh.colors[mesh.triangles[0][0]] == kRed);
   CHECK(mesh.colors[mesh.triangles[1][0]] == kBlue);
+}
+
+TEST_CASE("glTF: a plain look where the file seems to have one is told") {
+  const TemporaryFolder folder;
+  const auto remarks = [&](const std::string& material) {
+    return remarks_of(folder.write("m.gltf", gltf(material, four_colors())));
+  };
+  CHECK(any_says(remarks(R"({"emissiveTexture":{"index":0}})"), "emissiveTexture"));
+  CHECK(any_says(remarks(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}})"), "TEXCOORD_1"));
+  CHECK(any_says(remarks(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":
+                            {"KHR_texture_transform":{"texCoord":2}}}}})"),
+                 "TEXCOORD_2"));
+  CHECK(remarks(R"({"emissiveTexture":{"index":0},"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})").empty());
 }
 
 TEST_CASE("glTF: what is not supported is named") {

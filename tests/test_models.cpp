@@ -209,7 +209,16 @@ TEST_CASE("PLY with bad faces says what is wrong") {
       "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n";
   CHECK_ERROR(io::load_model(with_header("element vertex 99999999999999\n" + face + "end_header")), ErrorCode::file,
               "99999999999999", "not possible");
-  CHECK_ERROR(io::load_model(with_header(face + "end_header")), ErrorCode::file, "ends early");
+  CHECK_ERROR(io::load_model(with_header(face + "end_header")), ErrorCode::file, "no element 'vertex'");
+  CHECK_ERROR(io::load_model(with_header("element vertex 1\nproperty float x\nproperty float y\n" + face +
+                                         "end_header\n0 0\n3 0 0 0 0\n")),
+              ErrorCode::file, "x, y and z");
+  const std::string vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  CHECK_ERROR(io::load_model(with_header(face + vertex + "end_header\n3 0 1 2 0\n0 0 0\n1 0 0\n0 1 0\n")),
+              ErrorCode::file, "before its vertices");
+  CHECK_ERROR(io::load_model(folder.write("h.ply", "ply\nformat binary 1.0\nend_header\n")), ErrorCode::file,
+              "unknown format 'binary'");
+  CHECK_ERROR(io::load_model(folder.write("h.ply", "plx\nformat ascii 1.0\nend_header\n")), ErrorCode::file, "'ply'");
   CHECK_ERROR(io::load_model(with_header(face)), ErrorCode::file, "header has no end");
   CHECK_ERROR(io::load_model(with_header("element vertex 1\nproperty quad x\n" + face + "end_header\n")),
               ErrorCode::file, "unknown type 'quad'");
@@ -400,6 +409,7 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(150, 0.6).find("millimetres? pass --model-scale 0.001") != std::string::npos);
   CHECK(at(15, 0.6).find("centimetres or inches? pass --model-scale 0.01 or 0.0254") != std::string::npos);
   CHECK(at(9, 0.4).find("inches") != std::string::npos);
+  CHECK(at(5.9F, 0.6).find("inches") != std::string::npos);
   CHECK(at(12, 30).empty());  // a lorry
   CHECK(at(40, 90).empty());  // an aeroplane
   const auto seen_by = [&](int width, int height, double fx, double fy) {

@@ -6,12 +6,14 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <set>
+#include <stdexcept>
 
 #include "evaluation/input_checks.hpp"
 #include "holdfast/error.hpp"
+#include "io/json_text.hpp"
 
 namespace holdfast::evaluation {
 namespace {
@@ -21,22 +23,15 @@ using nlohmann::json;
 
 constexpr double kBopMetres = 1e-3;  // BOP's unit is the millimetre
 
-/// Levels of lists and objects within each other that BOP's files have not nearly; more would run out of stack.
-constexpr int kMostNested = 64;
-
 json load_json(const fs::path& path) {
   std::ifstream in(path);
   if (!in) {
     bad_file(path, "cannot be opened");
   }
-  const auto not_too_deep = [&path](int depth, json::parse_event_t, json&) {
-    if (depth > kMostNested) bad_file(path, "is nested too deeply");
-    return true;
-  };
   try {
-    return json::parse(in, not_too_deep);
-  } catch (const json::exception& error) {
-    bad_file(path, fmt::format("is not valid JSON: {}", error.what()));
+    return io::parse_json_text(std::string(std::istreambuf_iterator<char>(in), {}));
+  } catch (const std::runtime_error& error) {
+    bad_file(path, fmt::format("is no JSON that can be read: {}", error.what()));
   }
 }
 
@@ -143,6 +138,9 @@ void load_bop_scene(Sequence& sequence, std::optional<int> wanted) {
       bad_file(camera_path, fmt::format("no camera for image {} of scene_gt.json", image));
     }
     const std::vector<double> k = numbers(camera->second, "cam_K", 9, camera_path, image);
+    if (k[1] != 0 || k[3] != 0) {
+      bad_file(camera_path, fmt::format("image {}: cam_K has a skew; only cameras without are supported", image));
+    }
     if (first_k.empty()) {
       first_k = k;
     } else if (!std::equal(k.begin(), k.end(), first_k.begin(),

@@ -58,16 +58,6 @@ double number(const std::string& text, const fs::path& path, int line) {
   bad_file(path, fmt::format("line {}: '{}' is no number", line, text));
 }
 
-/// Over the mark that Windows' programs begin UTF-8 with.
-void skip_byte_order_mark(std::ifstream& file) {
-  char mark[3] = {};
-  file.read(mark, sizeof(mark));
-  if (std::string_view(mark, static_cast<std::size_t>(file.gcount())) != "\xef\xbb\xbf") {
-    file.clear();
-    file.seekg(0);
-  }
-}
-
 /// The table that `holdfast track --poses` writes.
 EstimatedPoses load_table(const fs::path& path) {
   std::ifstream in(path);

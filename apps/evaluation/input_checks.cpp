@@ -2,6 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <istream>
+#include <string_view>
+
 #include "holdfast/error.hpp"
 
 namespace holdfast::evaluation {
@@ -17,6 +20,15 @@ Pose checked(const Pose& pose, const std::filesystem::path& path, const std::str
     throw Error(ErrorCode::pose, fmt::format("{}, {}: {}", path.string(), where, error.what()));
   }
   return renormalized(pose);
+}
+
+void skip_byte_order_mark(std::istream& file) {
+  char mark[3] = {};
+  file.read(mark, sizeof(mark));
+  if (std::string_view(mark, static_cast<std::size_t>(file.gcount())) != "\xef\xbb\xbf") {
+    file.clear();
+    file.seekg(0);
+  }
 }
 
 }  // namespace holdfast::evaluation

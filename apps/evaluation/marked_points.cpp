@@ -10,6 +10,7 @@
 #include <limits>
 #include <sstream>
 
+#include "evaluation/input_checks.hpp"
 #include "holdfast/error.hpp"
 
 namespace holdfast::evaluation {
@@ -41,6 +42,7 @@ std::vector<MarkedPoint> load_marked_points(const std::filesystem::path& file) {
   if (!in) {
     throw Error(ErrorCode::file, fmt::format("{}: marked points cannot be read", file.string()));
   }
+  skip_byte_order_mark(in);
   std::vector<MarkedPoint> marks;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {

@@ -22,12 +22,8 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> images_in(const fs::path& folder) {
   std::vector<fs::path> images;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && app::is_image_name(entry.path())) {
-      images.push_back(entry.path());
-    }
-  }
-  std::sort(images.begin(), images.end());
+  std::optional<std::vector<app::ListedImage>> listed = app::list_images(folder.string());
+  for (app::ListedImage& image : *listed) images.push_back(std::move(image.path));
   return images;
 }
 
@@ -44,6 +40,7 @@ std::vector<double> load_shares(const fs::path& path) {
   if (!in) {
     bad_file(path, "cannot be opened");
   }
+  skip_byte_order_mark(in);
   std::vector<double> shares;
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
@@ -102,9 +99,6 @@ void load_plain(Sequence& sequence) {
   const fs::path frames = sequence.folder / "frames";
   if (fs::is_directory(frames)) {
     sequence.frames = images_in(frames);
-    if (sequence.frames.empty()) {
-      bad_file(frames, "holds no images");
-    }
     sequence.tables.push_back(camera_file(sequence.folder));
     sequence.camera = io::load_camera(sequence.tables.back());
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstring>
 #include <fstream>
@@ -75,6 +76,31 @@ std::optional<std::string> riff_damage(const std::uint8_t* header, std::uint64_t
     return "its header was never completed: the recording was not finished";
   }
   return length + 8 > size ? std::optional(cut_short(size, length + 8)) : std::nullopt;
+}
+
+/// A number of EBML: the zeros before its first bit tell how many bytes follow. Nothing for an unknown size.
+std::optional<std::uint64_t> ebml_size(const std::uint8_t* bytes, std::size_t& length) {
+  length = 1 + static_cast<std::size_t>(std::countl_zero(bytes[0]));
+  if (length > 8) return std::nullopt;
+  const std::uint64_t most = (std::uint64_t{1} << (7 * length)) - 1;
+  const std::uint64_t value = big_endian(bytes, static_cast<int>(length)) & most;
+  return value == most ? std::nullopt : std::optional(value);
+}
+
+/// MKV and WebM: a head, then one segment, which knows its size once the recording was finished.
+std::optional<std::string> matroska_damage(std::ifstream& file, std::uint64_t size) {
+  constexpr std::size_t id = 4;
+  std::array<std::uint8_t, 16> bytes{};
+  std::size_t length = 0;
+  if (!read_at(file, 0, bytes.data(), bytes.size())) return std::nullopt;
+  const std::optional<std::uint64_t> head = ebml_size(&bytes[id], length);
+  if (!head) return std::nullopt;
+  const std::uint64_t segment = id + length + *head;
+  if (segment > size || !read_at(file, segment, bytes.data(), id + 8)) return std::nullopt;
+  const std::optional<std::uint64_t> content = ebml_size(&bytes[id], length);
+  const bool is_segment = big_endian(bytes.data(), static_cast<int>(id)) == 0x18538067;
+  if (!is_segment || !content || segment + id + length + *content <= size) return std::nullopt;
+  return cut_short(size, segment + id + length + *content);
 }
 
 std::optional<std::string> jpeg_damage(std::span<const std::uint8_t> bytes) {
@@ -172,6 +198,9 @@ std::optional<std::string> video_damage(const std::filesystem::path& path) {
   }
   if (tag(header.data()) == "RIFF" && tag(&header[8]) == "AVI ") {
     return riff_damage(header.data(), size);
+  }
+  if (big_endian(header.data(), 4) == 0x1a45dfa3) {
+    return matroska_damage(file, size);
   }
   return std::nullopt;
 }

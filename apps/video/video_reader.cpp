@@ -18,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kLongest = 1e9;  // seconds, 30 years: what is beyond stands for no time stamp
+
 class VideoReader : public Reader {
  public:
   VideoReader(const std::string& path, double frame_rate) : path_(path) {
@@ -50,7 +52,8 @@ class VideoReader : public Reader {
     frame.index = read_++;
     // Frames need not come at regular times; containers that carry none give zeros.
     const double time_s = capture_->get(cv::CAP_PROP_POS_MSEC) * 1e-3;
-    const bool plausible = has_rate_of_its_own_ && std::isfinite(time_s) && (frame.index == 0 || time_s > last_time_s_);
+    const bool plausible =
+        has_rate_of_its_own_ && std::abs(time_s) < kLongest && (frame.index == 0 || time_s > last_time_s_);
     stamped_ = stamped_ || (plausible && time_s > 0);
     frame.time_s = plausible  ? time_s
                    : stamped_ ? last_time_s_ + 1 / frame_rate_  // one stamp is missing: time does not go back

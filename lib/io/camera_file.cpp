@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <opencv2/core.hpp>
+#include <span>
 #include <string_view>
 
 #include "holdfast/error.hpp"
@@ -113,6 +115,61 @@ void set_distortion(Camera& camera, const std::vector<double>& d, const fs::path
   std::copy_n(d.begin(), std::min<std::size_t>(8, d.size()), camera.distortion.begin());
 }
 
+double number(const json& node, const fs::path& path, const std::string& name) {
+  if (!node.is_number()) {
+    fail(path, fmt::format("'{}' is not a number", name));
+  }
+  return node.get<double>();
+}
+
+/// Coefficients under names of their own, k1 k2 p1 p2 k3 ..., in OpenCV's order; empty where there are none.
+std::vector<double> named_coefficients(LensModel lens, const json& document, const fs::path& path) {
+  constexpr std::array<std::string_view, 8> polynomial = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+  constexpr std::array<std::string_view, 4> fisheye = {"k1", "k2", "k3", "k4"};
+  const std::span<const std::string_view> names =
+      lens == LensModel::fisheye ? std::span<const std::string_view>(fisheye) : polynomial;
+  std::vector<double> values(names.size(), 0);
+  bool found = false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (const json* value = find(document, {names[i]}); value != nullptr) {
+      values[i] = number(*value, path, std::string(names[i]));
+      found = true;
+    }
+  }
+  return found ? values : std::vector<double>();
+}
+
+bool holds_numbers(const json& node) {
+  if (node.is_structured()) return std::any_of(node.begin(), node.end(), holds_numbers);
+  return node.is_number() && node.get<double>() != 0;
+}
+
+/// Calibrations whose distortion has a name that is not known are refused: without it they would be another camera's.
+void require_no_other_distortion(const json& document, const json* taken, const fs::path& path) {
+  for (const auto& [key, value] : document.items()) {
+    const std::string name = plain_name(key);
+    const bool meant = name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos;
+    if (meant && &value != taken && holds_numbers(value)) {
+      fail(path, fmt::format("'{}' seems to be its distortion: name it distortion_coefficients, k1 k2 p1 p2 [k3 [k4 k5 "
+                             "k6]]",
+                             key.substr(0, 40)));
+    }
+  }
+}
+
+void read_distortion(Camera& camera, const json& document, const fs::path& path) {
+  const json* distortion = find(document, {"distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff",
+                                           "distortion", "dist", "d", "coeffs"});
+  require_no_other_distortion(document, distortion, path);
+  if (distortion == nullptr || distortion->is_null()) distortion = &document;
+  std::vector<double> values =
+      distortion->is_object() ? named_coefficients(camera.lens, *distortion, path) : std::vector<double>();
+  if (values.empty() && distortion != &document) {
+    values = matrix_values(*distortion, path, "distortion_coefficients");
+  }
+  if (!values.empty()) set_distortion(camera, values, path);
+}
+
 bool is_true(const json& node) {
   return (node.is_number() && node.get<double>() != 0) || (node.is_boolean() && node.get<bool>()) ||
          (node.is_string() && plain_name(node) == "true");
@@ -134,7 +191,7 @@ LensModel lens_model(const json& document, const fs::path& path) {
     };
     if (is_one_of({"equidistant", "fisheye", "opencvfisheye", "kannalabrandt", "kannalabrandt4", "kannalabrandt8"})) {
       lens = LensModel::fisheye;
-    } else if (key != "model" &&
+    } else if ((key != "model" || name.find("inverse") != name.npos) &&  // a device's name, or a lens's
                !is_one_of({"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv",
                            "pinhole", "perspective", "brown", "brownconrady", "standard"})) {
       fail(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
@@ -144,13 +201,6 @@ LensModel lens_model(const json& document, const fs::path& path) {
     }
   }
   return lens;
-}
-
-double number(const json& node, const fs::path& path, const std::string& name) {
-  if (!node.is_number()) {
-    fail(path, fmt::format("'{}' is not a number", name));
-  }
-  return node.get<double>();
 }
 
 int size_in_pixels(const json& node, const fs::path& path, const std::string& name) {
@@ -195,6 +245,10 @@ void apply_region(Camera& camera, const json& document, const fs::path& path) {
     camera.cx -= value(*roi, "xoffset");
     camera.cy -= value(*roi, "yoffset");
     if (width > 0 && height > 0) {
+      if (camera.width > 0 &&
+          (value(*roi, "xoffset") + width > camera.width || value(*roi, "yoffset") + height > camera.height)) {
+        fail(path, fmt::format("its 'roi' reaches out of the sensor of {}x{} pixels", camera.width, camera.height));
+      }
       camera.width = width;
       camera.height = height;
     }
@@ -256,13 +310,9 @@ Camera camera_from_document(const json& whole, const fs::path& path) {
     fail(path, "expected an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML, or 'fx fy cx cy' as text");
   }
   const json& document = camera_of_chain(whole, path);
-  set_intrinsics(camera, document, path);
   camera.lens = lens_model(document, path);
-  if (const json* distortion = find(document, {"distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff",
-                                               "distortion", "dist", "d"});
-      distortion != nullptr && !distortion->is_null()) {
-    set_distortion(camera, matrix_values(*distortion, path, "distortion_coefficients"), path);
-  }
+  set_intrinsics(camera, document, path);
+  read_distortion(camera, document, path);
   set_size(camera, document, path);
   apply_region(camera, document, path);
   return camera;

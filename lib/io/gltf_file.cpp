@@ -45,6 +45,7 @@ class GltfReader {
     std::set<std::array<std::uint8_t, 4>> looks;
     for (const Part& part : parts_) {
       const bool with_texture = is_textured(part);
+      if (!with_texture) tell_why_plain(part);
       textured = textured || with_texture;
       vertex_colors = vertex_colors || (!with_texture && attribute(part, "COLOR_0"));
       looks.insert(look(part.material).color);
@@ -158,6 +159,20 @@ class GltfReader {
   /// A texture without coordinates to lay it out by covers nothing.
   bool is_textured(const Part& part) {
     return look(part.material).image.has_value() && attribute(part, coordinate_name(part)).has_value();
+  }
+
+  /// A material whose picture is not seen.
+  void tell_why_plain(const Part& part) {
+    const GltfLook& seen = look(part.material);
+    if (seen.image) {
+      remark(fmt::format("a part of material '{}' has no {}, its texture is not seen on it", seen.name,
+                         coordinate_name(part)));
+    } else if (seen.emits_image) {
+      remark(
+          fmt::format("the texture of material '{}' is what it emits (emissiveTexture), which is not supported: make "
+                      "it the base colour",
+                      seen.name));
+    }
   }
 
   std::uint32_t material_of(const Part& part, bool textured) {

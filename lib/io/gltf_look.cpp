@@ -90,6 +90,8 @@ GltfLook gltf_look(const GltfDocument& document, std::size_t index) {
   if (const json& name = document.part(material, "name"); name.is_string()) look.name = name.get<std::string>();
   const json& alpha_mode = document.part(material, "alphaMode");
   look.opaque = !alpha_mode.is_string() || alpha_mode.get_ref<const std::string&>() == "OPAQUE";
+  if (alpha_mode == json("MASK")) look.cutoff = document.number(material, "alphaCutoff", 0.5);
+  look.emits_image = document.part(material, "emissiveTexture").contains("index");
   const json& metallic = document.part(material, "pbrMetallicRoughness");
   const json& glossy = document.part(document.part(material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
   const bool is_glossy = !metallic.contains("baseColorTexture") && !glossy.empty();
@@ -124,7 +126,8 @@ Texture gltf_texture(GltfDocument& document, const GltfLook& look) {
     const double share = static_cast<double>(value) / 255;
     for (std::size_t i = 0; i < 3; ++i)
       table[i][value] = to_byte(encoded(std::max(decoded(share) * look.factor[i], 0.0)));
-    table[3][value] = look.opaque ? 255 : to_byte(share * look.factor[3]);
+    const double alpha = share * look.factor[3];
+    table[3][value] = look.opaque ? 255 : to_byte(look.cutoff ? (alpha >= *look.cutoff ? 1 : 0) : alpha);
   }
   for (std::size_t i = 0; i < texture.rgba.size(); ++i) {
     const std::size_t channel = i % 4;

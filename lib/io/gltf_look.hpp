@@ -16,12 +16,14 @@ namespace holdfast::io {
 struct GltfLook {
   std::string name;
   std::optional<std::size_t> image;
+  bool emits_image = false;  ///< the material has a picture of what it emits
   std::size_t coordinate_set = 0;
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();  ///< KHR_texture_transform: rotation and scale
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();
   Wrapping wrapping;
   std::array<double, 4> factor{1, 1, 1, 1};               ///< linear
   bool opaque = true;                                     ///< alpha means nothing
+  std::optional<double> cutoff;                           ///< alpha from which on the surface is there, else it is not
   std::array<std::uint8_t, 4> color{255, 255, 255, 255};  ///< the factor alone, encoded
 
   /// Where a coordinate of the file lies in the texture, v upwards.

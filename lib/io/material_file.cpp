@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -14,12 +13,6 @@ namespace holdfast::io {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
-  return result;
-}
 
 /// The numbers that follow, up to `most`.
 std::vector<double> take_numbers(std::string_view& line, std::size_t most) {
@@ -95,11 +88,13 @@ std::vector<NamedMaterial> load_materials(const fs::path& path, std::vector<std:
   for (std::string_view line; next_line(text, line);) {
     const std::string keyword = lower(next_word(line));
     if (keyword == "newmtl") {
-      materials.push_back({std::string(trimmed(line)), path, {}, {}});
+      materials.push_back({std::string(trimmed(line)), path, {}, {}, {}});
     } else if (materials.empty()) {
       continue;
     } else if (keyword == "map_kd") {
       materials.back().map = parse_map(line, path, remarks);
+    } else if (keyword == "map_ka" || keyword == "map_ke") {
+      materials.back().other_map = keyword == "map_ka" ? "map_Ka" : "map_Ke";
     } else if (keyword == "kd") {
       const std::vector<double> values = take_numbers(line, 3);
       if (values.empty()) continue;  // a spectral curve

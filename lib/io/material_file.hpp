@@ -26,6 +26,7 @@ struct NamedMaterial {
   std::filesystem::path file;                        ///< the MTL file
   std::optional<std::array<std::uint8_t, 4>> color;  ///< Kd
   std::optional<MaterialMap> map;
+  std::string other_map;  ///< another map that shows what it looks like, as map_Ka; the last
 };
 
 /// Reads an MTL file; `remarks` gets a line for each option that is not supported. Throws Error(file).

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -20,6 +19,7 @@
 #include "io/gltf_file.hpp"
 #include "io/mesh_assembly.hpp"
 #include "io/named_file.hpp"
+#include "io/numbers.hpp"
 #include "io/obj_file.hpp"
 #include "io/off_file.hpp"
 #include "io/ply_file.hpp"
@@ -221,12 +221,7 @@ class SceneReader {
   std::map<std::pair<unsigned, bool>, std::uint32_t> materials_;  // assimp's index, textured -> ours
 };
 
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
+std::string lower_extension(const fs::path& path) { return lower(path.extension().string()); }
 
 /// Notes what an importer opens.
 class NotedFiles : public Assimp::IOSystem {

@@ -36,11 +36,19 @@ std::string percent_decoded(const std::string& text) {
   return decoded;
 }
 
+/// A name without blanks or quotes around it, with this system's slashes.
+std::string plain_name(const std::string& name) {
+  std::string_view word = trimmed(name);
+  if (word.size() > 2 && word.starts_with('"') && word.ends_with('"')) word = word.substr(1, word.size() - 2);
+  std::string plain(word);
+  std::replace(plain.begin(), plain.end(), '\\', '/');
+  return plain;
+}
+
 }  // namespace
 
 std::optional<fs::path> named_file(const std::string& name, const std::vector<fs::path>& folders) {
-  std::string plain(trimmed(name));
-  std::replace(plain.begin(), plain.end(), '\\', '/');
+  const std::string plain = plain_name(name);
   if (plain.empty()) {
     return std::nullopt;
   }
@@ -61,11 +69,9 @@ fs::path find_texture(const fs::path& model, const std::string& name, std::vecto
   if (const auto found = named_file(name, folders)) {
     return *found;
   }
-  std::string plain(trimmed(name));
-  std::replace(plain.begin(), plain.end(), '\\', '/');
   throw Error(ErrorCode::file,
               fmt::format("texture '{}' of model '{}' does not exist: put it there or correct the name in the model",
-                          (folders.front() / plain).string(), model.string()));
+                          (folders.front() / plain_name(name)).string(), model.string()));
 }
 
 }  // namespace holdfast::io

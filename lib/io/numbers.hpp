@@ -19,6 +19,9 @@ std::string_view next_word(std::string_view& line);
 /// A text without blanks around it.
 std::string_view trimmed(std::string_view text);
 
+/// A text with the letters of ASCII in lower case.
+std::string lower(std::string_view text);
+
 /// Numbers of one line of a text file.
 struct NumberLine {
   int line = 0;  ///< counted from 1

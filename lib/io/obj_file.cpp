@@ -27,6 +27,9 @@ using Color = std::array<std::uint8_t, 4>;
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+/// Colours of a file in which one is greater are numbers up to 255: shares of 1 are rounded up by less.
+constexpr float kMostShare = 2;
+
 struct ObjCorner {
   std::size_t position = 0;
   std::size_t coordinate = kNone;
@@ -42,7 +45,7 @@ struct ObjFace {
 /// What stands in an OBJ file.
 struct ObjText {
   std::vector<Eigen::Vector3f> positions;
-  std::vector<Color> colors;  ///< empty, or one a position
+  std::vector<Eigen::Array4f> colors;  ///< empty, or one a position, as they stand there
   std::vector<Eigen::Vector2f> coordinates;
   std::vector<ObjCorner> corners;
   std::vector<ObjFace> faces;
@@ -81,7 +84,7 @@ class ObjParser {
   }
 
   void parse_line(std::string_view line) {
-    const std::string_view keyword = next_word(line);
+    const std::string keyword = lower(next_word(line));
     if (keyword == "v") {
       add_position(line);
     } else if (keyword == "vt") {
@@ -107,29 +110,26 @@ class ObjParser {
     return count;
   }
 
-  /// x y z, then nothing, a weight, or a colour of shares of 1.
+  /// x y z, then nothing, a weight, or a colour.
   void add_position(std::string_view line) {
     const std::size_t count = numbers(line.substr(0, line.find('#')), 7);
     if (count < 3) fail(fmt::format("a vertex of {} numbers", count));
     const double weight = count == 4 && values_[3] != 0 ? values_[3] : 1;
     read_.positions.push_back((Eigen::Vector3d(values_[0], values_[1], values_[2]) * (scale_ / weight)).cast<float>());
     if (count < 6 && read_.colors.empty()) return;
-    read_.colors.resize(read_.positions.size());
-    if (count >= 6) {
-      Color& color = read_.colors.back();
-      color[3] = 255;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const double value = std::isfinite(values_[3 + i]) ? values_[3 + i] : 0;
-        color[i] = static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255));
-      }
-    }
+    read_.colors.resize(read_.positions.size(), Eigen::Array4f::Zero());
+    if (count < 6) return;
+    read_.colors.back() << static_cast<float>(values_[3]), static_cast<float>(values_[4]),
+        static_cast<float>(values_[5]), 1;
   }
 
   /// The index that a corner names, from 1 or, below 0, from the last on; nothing where it names none.
   std::optional<std::size_t> index(std::string_view word, std::size_t count, const char* what) const {
     if (word.empty()) return std::nullopt;
     const std::optional<double> number = parse_number(word);
-    if (!number) fail(fmt::format("'{}' is no corner of a face", word.substr(0, 20)));
+    if (!number || *number != std::floor(*number)) {
+      fail(fmt::format("'{}' is no corner of a face", word.substr(0, 20)));
+    }
     const double from_zero = *number < 0 ? static_cast<double>(count) + *number : *number - 1;
     if (!(from_zero >= 0 && from_zero < static_cast<double>(count))) {
       fail(fmt::format("a face refers to {} {}, but there are {}", what, *number, count));
@@ -203,6 +203,12 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
       }
     }
   }
+  if (text.libraries.empty() && !text.material_names.empty()) {
+    remarks.push_back(
+        fmt::format("model '{}' uses the material '{}', but names no material file (mtllib): it is taken "
+                    "as plain",
+                    model.string(), text.material_names.front()));
+  }
   for (const std::string& name : text.material_names) {
     if (!read.empty() && !materials.contains(name)) {
       remarks.push_back(
@@ -224,12 +230,18 @@ class ObjMesh {
   ObjMesh(const fs::path& path, const ObjText& text, std::vector<std::string>& remarks)
       : path_(path), text_(text), materials_(materials_of(path, text, remarks)) {
     std::set<std::optional<Color>> looks;
+    std::set<std::size_t> plain;
     bool textured = false;
     for (const ObjFace& face : text_.faces) {
       const bool with_texture = is_textured(face);
       textured = textured || with_texture;
       looks.insert(material_color(face));
+      if (!with_texture && plain.insert(face.material).second) {
+        if (const auto reason = why_plain(face))
+          remarks.push_back(fmt::format("model '{}': {}", path.string(), *reason));
+      }
     }
+    for (const Eigen::Array4f& color : text_.colors) most_ = std::max(most_, color.maxCoeff());
     // One colour all over shows nothing that the outline does not; beside a texture it may be what exporters write for
     // surface that they know nothing of.
     by_material_ = !textured && text_.colors.empty() && looks.size() > 1;
@@ -268,6 +280,19 @@ class ObjMesh {
     return material != nullptr && material->map && !material->map->name.empty() ? &*material->map : nullptr;
   }
 
+  /// Why a face is plain though its material has a picture; nothing where it has none.
+  std::optional<std::string> why_plain(const ObjFace& face) const {
+    const NamedMaterial* material = named(face);
+    if (material == nullptr) return std::nullopt;
+    if (map_of(face) != nullptr) {
+      return fmt::format("faces of material '{}' have no texture coordinates, its texture is not seen on them",
+                         material->name);
+    }
+    if (material->other_map.empty()) return std::nullopt;
+    return fmt::format("material '{}' has a picture as {}, which is not supported: name it as map_Kd", material->name,
+                       material->other_map);
+  }
+
   bool is_textured(const ObjFace& face) const { return face.textured && map_of(face) != nullptr; }
 
   std::optional<Color> material_color(const ObjFace& face) const {
@@ -300,15 +325,23 @@ class ObjMesh {
     if (color) {
       vertex.color = *color;
     } else if (corner.position < text_.colors.size()) {
-      vertex.color = text_.colors[corner.position];
+      const Eigen::Array4f& stored = text_.colors[corner.position];
+      const float whole = most_ > kMostShare ? 1 : 255;
+      for (Eigen::Index i = 0; i < 3; ++i) vertex.color[static_cast<std::size_t>(i)] = to_byte(stored[i] * whole);
+      vertex.color[3] = to_byte(stored[3] * 255);
     }
     return vertex;
+  }
+
+  static std::uint8_t to_byte(float value) {
+    return static_cast<std::uint8_t>(std::lround(std::isfinite(value) ? std::clamp(value, 0.0F, 255.0F) : 0.0F));
   }
 
   const fs::path& path_;
   const ObjText& text_;
   std::map<std::string, NamedMaterial> materials_;
   bool by_material_ = false;  ///< colours are those of materials
+  float most_ = 0;            ///< of the file's colours of vertices
   std::optional<MeshAssembly> assembly_;
   std::map<std::pair<std::size_t, bool>, std::uint32_t> made_;  ///< name's index, textured -> the mesh's
 };

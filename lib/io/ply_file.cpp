@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "holdfast/io.hpp"
 #include "io/mesh_assembly.hpp"
 #include "io/named_file.hpp"
+#include "io/numbers.hpp"
 #include "io/ply_header.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
@@ -67,19 +67,17 @@ class Values {
 
  private:
   double next_word() {
-    const std::size_t first = data_.find_first_not_of(" \t\r\n");
-    if (first == std::string_view::npos) {
+    data_.remove_prefix(std::min(data_.find_first_not_of(" \t\r\n"), data_.size()));
+    if (data_.empty()) {
       fail_ply(path_, "it ends early");
     }
-    data_.remove_prefix(first);
-    double value = 0;
-    const auto [end, error] = std::from_chars(data_.data(), data_.data() + data_.size(), value);
-    if (error != std::errc()) {
-      fail_ply(path_,
-               fmt::format("'{}' is not a number", data_.substr(0, data_.find_first_of(" \t\r\n")).substr(0, 20)));
+    const std::string_view word = data_.substr(0, data_.find_first_of(" \t\r\n"));
+    data_.remove_prefix(word.size());
+    const std::optional<double> value = parse_number(word);
+    if (!value) {
+      fail_ply(path_, fmt::format("'{}' is not a number", word.substr(0, 20)));
     }
-    data_.remove_prefix(static_cast<std::size_t>(end - data_.data()));
-    return value;
+    return *value;
   }
 
   template <class Stored>
@@ -126,8 +124,10 @@ class Values {
   const fs::path& path_;
 };
 
+/// Shares of 1, or of what the type can hold.
 std::uint8_t to_byte(double value, Type type) {
-  const double scaled = type == Type::float32 || type == Type::float64 ? value * 255 : value;
+  const double most = type == Type::float32 || type == Type::float64 ? 1 : type == Type::uint16 ? 65535 : 255;
+  const double scaled = value * 255 / most;
   return static_cast<std::uint8_t>(std::lround(std::clamp(scaled, 0.0, 255.0)));
 }
 
@@ -146,6 +146,10 @@ Meaning meaning_of(const Property& property) {
                                                             {"texture_v", Meaning::v},
                                                             {"texture_s", Meaning::u},
                                                             {"texture_t", Meaning::v},
+                                                            {"u0", Meaning::u},
+                                                            {"v0", Meaning::v},
+                                                            {"s0", Meaning::u},
+                                                            {"t0", Meaning::v},
                                                             {"red", Meaning::red},
                                                             {"green", Meaning::green},
                                                             {"blue", Meaning::blue},
@@ -210,7 +214,8 @@ struct Face {
 };
 
 constexpr std::array<std::string_view, 2> kIndexNames = {"vertex_indices", "vertex_index"};
-constexpr std::array<std::string_view, 5> kCoordinateNames = {"texcoord", "texcoords", "tex_coord", "uv", "t"};
+constexpr std::array<std::string_view, 9> kCoordinateNames = {
+    "texcoord", "texcoords", "tex_coord", "tex_coords", "texture_coordinates", "uv", "uvs", "st", "t"};
 
 bool is_one_of(const Property& property, std::span<const std::string_view> names) {
   return property.count_type && std::find(names.begin(), names.end(), property.name) != names.end();
@@ -339,6 +344,18 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
   const bool textured_faces = face_element != nullptr && has_property(*face_element, kCoordinateNames, true);
   const bool with_colors = vertices_have(Meaning::red) || (face_element != nullptr && has(*face_element, Meaning::red));
   const bool with_coordinates = textured_vertices || textured_faces;
+  if (!(vertices_have(Meaning::x) && vertices_have(Meaning::y) && vertices_have(Meaning::z))) {
+    fail_ply(path, "its header has no element 'vertex' with the properties x, y and z");
+  }
+  if (face_element != nullptr && face_element < vertex_element) {
+    fail_ply(path, "its faces stand before its vertices, which is not supported");
+  }
+  if (!with_coordinates && !header.textures.empty()) {
+    remarks.push_back(fmt::format(
+        "model '{}' names the texture '{}', but no coordinates (s and t of vertices, or texcoord of faces): "
+        "it is taken without",
+        path.string(), header.textures.front()));
+  }
   if (with_coordinates && header.textures.empty()) {
     remarks.push_back(
         fmt::format("model '{}' has texture coordinates but names no texture: add the line 'comment TextureFile NAME' "

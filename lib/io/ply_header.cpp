@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <sstream>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -39,51 +39,46 @@ Type parse_type(const std::string& word, const fs::path& path) {
   fail_ply(path, fmt::format("its header names an unknown type '{}'", word));
 }
 
+Encoding parse_encoding(const std::string& word, const fs::path& path) {
+  if (word == "ascii") return Encoding::text;
+  if (word == "binary_little_endian") return Encoding::little_endian;
+  if (word == "binary_big_endian") return Encoding::big_endian;
+  fail_ply(path, fmt::format("its header names an unknown format '{}'", word));
+}
+
 }  // namespace
 
 PlyHeader parse_ply_header(const std::string& bytes, const fs::path& path) {
   PlyHeader header;
-  std::istringstream lines(bytes.substr(0, std::min<std::size_t>(bytes.size(), 1 << 16)));
-  std::string line;
-  while (std::getline(lines, line)) {
-    if (line.ends_with('\r')) {
-      line.pop_back();
-    }
-    std::istringstream words(line);
-    std::string keyword;
-    std::string word;
-    words >> keyword;
+  std::string_view text = std::string_view(bytes).substr(0, 1 << 16), line;
+  if (!next_line(text, line) || trimmed(line) != "ply") fail_ply(path, "it does not begin with 'ply'");
+  const auto take = [&line] { return lower(next_word(line)); };
+  while (next_line(text, line)) {
+    const std::string_view whole = line;
+    const std::string keyword = take();
     if (keyword == "format") {
-      words >> word;
-      header.encoding = word == "ascii"                  ? Encoding::text
-                        : word == "binary_little_endian" ? Encoding::little_endian
-                                                         : Encoding::big_endian;
+      header.encoding = parse_encoding(take(), path);
     } else if (keyword == "comment") {
-      words >> word;
-      if (word == "TextureFile") {
-        std::getline(words >> std::ws, word);
-        header.textures.push_back(std::string(trimmed(word)));
-      }
+      if (take() == "texturefile") header.textures.emplace_back(trimmed(line));
     } else if (keyword == "element") {
-      Element element;
-      words >> element.name >> element.count;
-      if (!words || element.count > bytes.size()) {  // each takes a byte at least
-        fail_ply(path, fmt::format("its header's '{}' is not possible in {} bytes", line, bytes.size()));
+      const std::string name = take();
+      const std::optional<double> count = parse_number(next_word(line));
+      if (!count || !(*count >= 0 && *count <= static_cast<double>(bytes.size()))) {  // each takes a byte at least
+        fail_ply(path, fmt::format("its header's '{}' is not possible in {} bytes", whole, bytes.size()));
       }
-      header.elements.push_back(element);
+      header.elements.push_back({name, static_cast<std::size_t>(*count), {}});
     } else if (keyword == "property" && !header.elements.empty()) {
       Property property;
-      words >> word;
+      std::string word = take();
       if (word == "list") {
-        words >> word;
-        property.count_type = parse_type(word, path);
-        words >> word;
+        property.count_type = parse_type(take(), path);
+        word = take();
       }
       property.type = parse_type(word, path);
-      words >> property.name;
+      property.name = take();
       header.elements.back().properties.push_back(property);
     } else if (keyword == "end_header") {
-      header.size = lines.eof() ? bytes.size() : static_cast<std::size_t>(lines.tellg());
+      header.size = static_cast<std::size_t>(text.data() - bytes.data());
       return header;
     }
   }

@@ -14,7 +14,7 @@ struct PlyHeader {
   enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
   struct Property {
-    std::string name;
+    std::string name;  ///< as all names in lower case
     Type type = Type::float32;
     std::optional<Type> count_type;  ///< set for lists
   };

@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -32,11 +30,7 @@ std::uint32_t little_endian(std::string_view bytes) {
   return value;
 }
 
-std::string lower_word(std::string_view& line) {
-  std::string word(next_word(line));
-  std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-  return word;
-}
+std::string lower_word(std::string_view& line) { return lower(next_word(line)); }
 
 class StlReader {
  public:

@@ -69,6 +69,9 @@ std::string read_binary_file(const fs::path& path, const std::string& what, std:
 std::string read_text_file(const fs::path& path, const std::string& what, std::size_t most_bytes) {
   constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // Windows' editors begin UTF-8 with it
   std::string content = read_binary_file(path, what, most_bytes);
+  if (content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff")) {  // as the PowerShell's ">" writes it
+    throw Error(ErrorCode::file, fmt::format("{} '{}' is text in UTF-16: save it as UTF-8", what, path.string()));
+  }
   if (content.starts_with(byte_order_mark)) {
     content.erase(0, byte_order_mark.size());
   }

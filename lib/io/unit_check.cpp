@@ -17,9 +17,10 @@ constexpr double kFarthestOrigin = 1e4;
 /// Objects worth tracking are about as long as a hand to an arm; of several possible units the likely one is that which
 /// brings the size nearest to this.
 constexpr double kTypical = 0.2;  // metres
-/// A picture's width to the object's apparent size. A thousandfold error is out of this range whatever the framing.
+/// The object's apparent size in picture widths. A thousandfold error is out of this range whatever the framing, and
+/// inches are where the object is wider than an eighth of the picture.
 constexpr double kApparentSmallest = 1.0 / 300;
-constexpr double kApparentLargest = 12;
+constexpr double kApparentLargest = 5;
 constexpr double kApparentTypical = 0.15;
 
 /// A picture's width in focal lengths, of a lens that shows straight lines as such: 157 degrees.

@@ -1,5 +1,7 @@
 """Arrays and files as arguments: what is taken, and what is said of what is not."""
 
+import warnings
+
 import numpy as np
 import pytest
 from conftest import distance
@@ -226,6 +228,18 @@ def test_units_that_cannot_be_right_are_warned_of(tracker, box, camera, device, 
     far[:3, 3] *= 1000
     with pytest.warns(UserWarning, match="too small to see.*millimetres"):
         tracker.reset(far)
+
+
+def test_what_a_model_has_that_is_not_supported_is_warned_of(tmp_path):
+    model = tmp_path / "model.obj"
+    model.write_text("mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+    with pytest.warns(UserWarning, match="gone.mtl"):
+        mesh = holdfast.Mesh.load(model)
+    assert len(mesh.faces) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(UserWarning):
+            holdfast.Mesh.load(model)
 
 
 def test_a_video_that_ends_early_is_warned_of(program, box, simulation, tmp_path):

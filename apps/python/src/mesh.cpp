@@ -7,6 +7,7 @@
 #include <new>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arrays.hpp"
@@ -126,12 +127,20 @@ void bind_mesh(nb::module_& module) {
       .def_static(
           "load",
           [](const std::filesystem::path& path, double scale) {
-            const nb::gil_scoped_release unlocked;
-            return io::load_model(path, scale);
+            std::vector<std::string> remarks;
+            std::optional<Mesh> mesh;
+            {
+              const nb::gil_scoped_release unlocked;
+              mesh = io::load_model(path, scale, &remarks);
+            }
+            for (const std::string& remark : remarks) {
+              if (PyErr_WarnEx(PyExc_UserWarning, remark.c_str(), 1) != 0) throw nb::python_error();
+            }
+            return *std::move(mesh);
           },
           nb::arg("path"), nb::arg("scale") = 1.0,
           "Reads OBJ, PLY, glTF and all else that assimp reads. `scale` turns the file's unit into metres: 0.001 for "
-          "millimetres.")
+          "millimetres. Warns of what the file has that is not supported.")
       .def(
           "save", [](const Mesh& mesh, const std::filesystem::path& path) { io::save_model(path, mesh); },
           nb::arg("path"), "Writes an OBJ, an MTL and a PNG for each texture, side by side.")
