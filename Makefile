@@ -21,9 +21,10 @@
 #                 CASES=a,b for some of them, printed only; SEEDS=3, JUMPS=20; SEQUENCES=folder: jumps within these too
 # make docs       installs what is missing, then builds all documents with the C++ and Python interfaces as one site:
 #                 out/docs/site; make options: docs/reference/options.md; make picture: the README's, of `make demo`
-# make install    installs below PREFIX (/usr/local)
+# make install    installs below PREFIX (/usr/local): make install PREFIX=DIR
 # make wheel      installs what is missing, then builds the Python package as a wheel: out/wheel
 # make deps       installs what is missing (cmake/packages.txt, cmake/python-packages.txt); make format, make clean
+# make help       prints this
 JOBS ?= $(shell nproc)
 PREFIX ?= /usr/local
 OUT ?= out/demo
@@ -38,7 +39,7 @@ FUZZ_SECONDS ?= 60
 release := build/release
 tested := build/test
 
-.PHONY: all deps demo experiments robustness recovery hazards results modalities devices starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean
+.PHONY: all deps demo experiments robustness recovery hazards results modalities devices starts test sanitize fuzz endurance bench bench-baseline bench-docs install format check-format clean help
 
 all:
 	cmake -S . -B $(release) -DCMAKE_BUILD_TYPE=Release -DHOLDFAST_BUILD_TESTS=OFF $(CMAKE_FLAGS)
@@ -176,6 +177,9 @@ format:
 
 check-format:
 	sh cmake/check-format.sh
+
+help:
+	@sed -n '/^#/!q; s/^# //p' Makefile
 
 clean:
 	rm -rf $(release) $(tested) $(venv) build/python build/wheel

@@ -2,12 +2,15 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <type_traits>
 
 #include "holdfast/error.hpp"
@@ -144,7 +147,22 @@ void InitPoseArguments::add_to(CLI::App& app, bool required, const char* without
       ->group(kInputGroup);
 }
 
-Pose InitPoseArguments::load() const { return io::load_pose(path); }
+Pose InitPoseArguments::load() const {
+  const Pose first = io::load_pose(path);
+  warn_if(surplus_poses(path));
+  return first;
+}
+
+std::optional<std::string> surplus_poses(const std::filesystem::path& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return {};  // a pipe is read once
+  try {
+    const std::size_t count = io::load_poses(path).size();
+    if (count > 1) return "'" + path.string() + "' holds " + std::to_string(count) + " poses: the first one is taken";
+  } catch (const Error&) {  // one pose over several lines
+  }
+  return {};
+}
 
 CLI::Option* add_renderer_option(CLI::App& app, RendererChoice& choice) {
   return add_choice<RendererChoice>(
@@ -196,7 +214,7 @@ void TrackerArguments::add_to(CLI::App& app) {
   app_ = &app;
   add_choice<Preset>(
       app, "--mode", preset_, kPresets,
-      "Everything; that for a third of the time; or one view and one solution a frame from texture alone, "
+      "Everything; the same of fewer pixels, in less time; or one view and one solution a frame from texture alone, "
       "as the paper's tracker [default, whose values are listed here]")
       ->group(kTrackerGroup);
   add(

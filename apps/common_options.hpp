@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "holdfast/camera.hpp"
@@ -54,9 +55,12 @@ struct InitPoseArguments {
 
   /// `without`: what happens when it is not given.
   void add_to(CLI::App& app, bool required = true, const char* without = "");
-  /// Throws Error(file, pose).
+  /// Warns where the file holds more. Throws Error(file, pose).
   Pose load() const;
 };
+
+/// A warning where a pose file holds more than the one that is taken.
+std::optional<std::string> surplus_poses(const std::filesystem::path& path);
 
 /// --renderer, else HOLDFAST_RENDERER.
 CLI::Option* add_renderer_option(CLI::App& app, RendererChoice& choice);

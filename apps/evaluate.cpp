@@ -200,7 +200,8 @@ int evaluate_tracker(const EvaluateArguments& arguments) {
   }
   prepare_outputs(arguments, sequences);
 
-  std::optional<SlowNotice> notice(std::in_place, arguments.quiet ? nullptr : terminal(), kPreparing);
+  std::optional<SlowNotice> notice(
+      std::in_place, arguments.quiet ? nullptr : preparing_stream(arguments.device.options.cache_folder), kPreparing);
   const Device device = arguments.device.open();
   Provenance provenance;
   provenance.protocol = arguments.protocol;

@@ -214,7 +214,7 @@ void InitCommand::refine(InitOutcome& outcome) const {
   if (no_refine || !possible) {
     return;
   }
-  const SlowNotice notice(terminal(), kPreparing);
+  const SlowNotice notice(preparing_stream(device.options.cache_folder), kPreparing);
   outcome.refinement = refine_on_frame(*outcome.mesh, outcome.from_points.camera, device.open(), outcome.frame,
                                        outcome.from_points.pairs, outcome.from_points.T_camera_object);
   if (!outcome.refinement->accepted) {

@@ -3,13 +3,26 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <mutex>
 #include <stop_token>
+#include <system_error>
 #include <utility>
+
+#include "holdfast/device.hpp"
 
 namespace holdfast::app {
 
 std::FILE* terminal() { return isatty(STDERR_FILENO) == 1 ? stderr : nullptr; }
+
+std::FILE* preparing_stream(const std::filesystem::path& cache_folder) {
+  std::error_code none;
+  const std::filesystem::directory_iterator kept(cache_folder.empty() ? default_cache_folder() : cache_folder, none);
+  const bool compiled = std::any_of(begin(kept), end(kept), [](const std::filesystem::directory_entry& file) {
+    return file.path().extension() == ".clbin";
+  });
+  return compiled ? terminal() : stderr;
+}
 
 SlowNotice::SlowNotice(std::FILE* stream, std::string text, std::chrono::milliseconds patience) {
   if (stream == nullptr) {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -17,6 +18,10 @@ inline constexpr const char* kPreparing =
 
 /// Standard error where a person reads it, else null.
 std::FILE* terminal();
+
+/// Where kPreparing is said: standard error where a person reads it or no kernels are kept yet (in the default folder,
+/// if this one has no name), else null.
+std::FILE* preparing_stream(const std::filesystem::path& cache_folder);
 
 /// "holdfast: ..." on a stream, once, if it is still there after a while: something takes long that is usually quick.
 class SlowNotice {

@@ -86,9 +86,11 @@ void TrackCommand::require_start(const Mesh& mesh) const {
   if (mesh.has_appearance() || !init.path.empty() || !guide.empty() || fs::exists(remembered, unknown)) return;
   throw Error(
       ErrorCode::model,
-      fmt::format("model '{}' has neither texture nor vertex colours to be recognized by: give its first pose "
+      fmt::format("model '{}' has neither texture nor vertex colours to be recognized by{}: give its first pose "
                   "(--init; 'holdfast init' finds it from points), or a guide, about how it is held (--guide){}",
-                  model.path.string(), camera.path.empty() ? ", and the camera (--camera)" : ""));
+                  model.path.string(),
+                  remembered.empty() ? "" : fmt::format(", and '{}' does not exist", remembered.string()),
+                  camera.path.empty() ? ", and the camera (--camera)" : ""));
 }
 
 int TrackCommand::run() const {
@@ -110,7 +112,8 @@ int TrackCommand::run() const {
   if (!camera.path.empty()) (void)camera.load(source.size().width, source.size().height);
   std::optional<Pose> T_camera_object;
   if (!init.path.empty()) T_camera_object = init.load();
-  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : terminal(), kPreparing);
+  std::optional<SlowNotice> notice(std::in_place, quiet ? nullptr : preparing_stream(device.options.cache_folder),
+                                   kPreparing);
   // The device is opened while the model is loaded; what is missing is said first, since compiling the kernels, which
   // drivers do once a machine, cannot be broken off.
   std::error_code unknown;
@@ -256,7 +259,10 @@ int TrackCommand::run() const {
     }
   };
   attempt([&] { files.finish(summary); });
-  if (memory) attempt([&] { memory->save(); });
+  if (memory) {
+    attempt([&] { memory->save(); });
+    warn_if(memory->doubt());
+  }
   if (completion) {
     attempt([&] {
       io::save_model(completed_model, completion->model());

@@ -231,7 +231,8 @@ TEST_CASE("What a run remembers of a model without texture starts the next one w
     more.insert(more.end(), {"--stop", "5", "--remember", remembered, "--poses", "remembered.csv"});
     return scene().track("frames", model, more);
   };
-  check_error(track("plain.obj", "box.seen"), kInput, {"neither texture nor vertex colours"});
+  check_error(track("plain.obj", "box.seen"), kInput,
+              {"neither texture nor vertex colours", "'box.seen' does not exist"});
   CHECK_FALSE(fs::exists(scene().folder / "box.seen"));
   CHECK(track("plain.obj", "box.seen", {"--init", "first.txt"}).exit_code == kOk);
   const std::string whole = read_file(scene().folder / "box.seen");
@@ -260,6 +261,22 @@ TEST_CASE("What a run remembers of a model without texture starts the next one w
   check_error(track("box.obj", "box.seen"), kInput, {"box.seen", "another model"});
   check_error(track("plain.obj", "camera.yml"), kUsage, {"camera.yml"});
   check_error(track("plain.obj", "nowhere/box.seen", {"--init", "first.txt"}), kOutput, {"nowhere/box.seen"});
+}
+
+TEST_CASE("The first pose of a file of poses is taken, which is said") {
+  const std::string line = "1 0 0 0.03 0 1 0 0.02 0 0 1 0.7\n";
+  scene().folder.write("many.txt", line + line + line);
+  const ProgramRun run = scene().track("frames", "box.obj", {"--init", "many.txt", "--stop", "1", "--quiet"});
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.find("'many.txt' holds 3 poses") != std::string::npos);
+  CHECK(scene().track("frames", "box.obj", {"--init", "first.txt", "--stop", "1", "--quiet"}).err.empty());
+}
+
+TEST_CASE("A run that has learned nothing says that it writes nothing") {
+  const ProgramRun run = scene().track("empty", "plain.obj", {"--init", "first.txt", "--remember", "nothing.seen"});
+  CHECK(run.exit_code == kOk);
+  CHECK(run.err.find("'nothing.seen' is not written") != std::string::npos);
+  CHECK_FALSE(fs::exists(scene().folder / "nothing.seen"));
 }
 
 TEST_CASE("What needs a first pose says so") {

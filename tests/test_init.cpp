@@ -213,6 +213,25 @@ TEST_CASE("Points that do not determine a pose are refused in one line") {
   CHECK_ERROR(pose_and_focal_from_points(seen(grid, kCamera, face_on), 640, 480), ErrorCode::pose, "focal length");
 }
 
+TEST_CASE("The deviation of a pose from points is that of its error") {
+  std::mt19937 random(6);
+  std::normal_distribution<double> click(0, 2);
+  double position = 0, rotation = 0;
+  constexpr int kTrials = 40;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Pose pose = random_pose(random);
+    std::vector<PointPair> pairs = seen(box_corners(), kCamera, pose);  // whose middle is the origin
+    for (PointPair& pair : pairs) pair.pixel += Eigen::Vector2d(click(random), click(random));
+    const PoseFromPoints found = pose_from_points(pairs, kCamera);
+    const Pose off = found.T_camera_object * pose.inverse();
+    position += (found.T_camera_object.translation() - pose.translation()).squaredNorm() /
+                (found.position_sigma * found.position_sigma);
+    rotation += std::pow(Eigen::AngleAxisd(off.linear()).angle() / found.rotation_sigma, 2);
+  }
+  CHECK(position / kTrials == doctest::Approx(1).epsilon(0.6));
+  CHECK(rotation / kTrials == doctest::Approx(1).epsilon(0.6));
+}
+
 TEST_CASE("Mistaken pairs and ambiguous views are said") {
   std::mt19937 random(5);
   Pose pose = random_pose(random);
@@ -230,6 +249,15 @@ TEST_CASE("Mistaken pairs and ambiguous views are said") {
   CHECK(swapped.pairs.size() == 6);
   CHECK(swapped.rms < 1e-6);
   CHECK((swapped.T_camera_object.inverse() * pose).matrix().isIdentity(1e-8));
+
+  // The pose gives way to one of two mistaken points.
+  pairs = seen(box_corners(), kCamera, pose);
+  pairs[2].pixel.x() += 40;
+  pairs[5].pixel.y() += 8;
+  const PoseFromPoints two = pose_from_points(pairs, kCamera);
+  REQUIRE(two.warnings.size() == 2);
+  CHECK(two.warnings[0].starts_with("left out: the point of line 3"));
+  CHECK(two.warnings[1].starts_with("the point of line 6 is still"));
 
   const Camera centred{640, 480, 650, 650, 319.5, 239.5, {}};
   std::vector<Eigen::Vector3d> points = box_corners();

@@ -43,6 +43,16 @@ TEST_CASE("Said once where it outlasts the patience, not at all where it ends be
   CHECK(stream.text() == "holdfast: slow\n");
 }
 
+TEST_CASE("Preparing is said to whoever reads standard error as long as no kernels are kept") {
+  const TemporaryFolder folder;
+  CHECK(preparing_stream(folder / "nowhere") == stderr);
+  CHECK(preparing_stream(folder / ".") == stderr);
+  folder.write("model.views", "");
+  CHECK(preparing_stream(folder / ".") == stderr);
+  folder.write("kernels.clbin", "");
+  CHECK(preparing_stream(folder / ".") == terminal());
+}
+
 TEST_CASE("A camera that pauses is said to, and to deliver again; one that does not is not spoken of") {
   const Stream stream;
   CHECK(read_watched([] { return true; }, stream.file, std::chrono::hours(1)));

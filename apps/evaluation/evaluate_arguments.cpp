@@ -77,7 +77,7 @@ void EvaluateArguments::add_to(CLI::App& app) {
   app.add_option("--poses", poses, "Poses to judge: the table of 'holdfast track', 3x4 or 4x4 a line, or TUM")
       ->type_name("FILE")
       ->group(comparing);
-  app.add_option("--truth", truth, "True poses, a line a frame, instead of a sequence folder")
+  app.add_option("--truth", truth, "True poses, one line per frame, instead of a sequence folder")
       ->type_name("FILE")
       ->group(comparing);
   app.add_flag("--partial", partial, "The table may hold fewer frames than the sequence")->group(comparing);

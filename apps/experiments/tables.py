@@ -110,8 +110,8 @@ def default_bounds(runs):
 
 def redundancy_bounds(runs, tracker, who):
     rows, change, noise = redundancy_figures(runs, tracker)
-    return [Bound("7", "redundancy, white bar", who, "rows at most half (share left)", rows, below(0.5)),
-            Bound("7", "redundancy, white bar", who, "pose change below the noise (median mm / median error)",
+    return [Bound("6", "redundancy, white bar", who, "rows at most half (share left)", rows, below(0.5)),
+            Bound("6", "redundancy, white bar", who, "pose change below the noise (median mm / median error)",
                   [a / b for a, b in zip(change, noise)], below(1.0))]
 
 

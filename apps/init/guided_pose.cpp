@@ -11,7 +11,7 @@ namespace holdfast::app {
 std::optional<Pose> pose_near(const Pose& T_guide, const Mesh& mesh, const Camera& camera,
                               const DeviceArguments& device, const cv::Mat& frame) {
   const detection::GuideDetector detector(mesh, camera, T_guide);
-  const SlowNotice notice(terminal(), kPreparing);
+  const SlowNotice notice(preparing_stream(device.options.cache_folder), kPreparing);
   Tracker tracker(mesh, camera, {}, device.open());
   cv::Mat grey;
   const ImageView view = tracker_view(frame, grey);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "common_options.hpp"
@@ -23,6 +24,10 @@ std::string text_of(const InitOutcome& outcome, bool with_pose, const std::vecto
   }
   text += fmt::format("rms            {:.2f} px over {} points\n", root_mean_square(residuals),
                       outcome.from_points.pairs.size());
+  if (!outcome.refinement || !outcome.refinement->accepted) {
+    text += fmt::format("deviation      {:.1f} mm, {:.2f} degrees, of the pose that the points give\n",
+                        1e3 * outcome.from_points.position_sigma, outcome.from_points.rotation_sigma * 180 / M_PI);
+  }
   if (!outcome.off_surface.empty()) {
     text += fmt::format("off the model  {:.2f} mm at most\n",
                         1e3 * *std::max_element(outcome.off_surface.begin(), outcome.off_surface.end()));

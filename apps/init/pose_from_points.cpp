@@ -86,12 +86,25 @@ std::string listed_names(const std::vector<PointPair>& pairs) {
   return names;
 }
 
+Vector3d middle(const std::vector<PointPair>& pairs) {
+  Vector3d sum = Vector3d::Zero();
+  for (const PointPair& pair : pairs) sum += pair.p_object;
+  return sum / static_cast<double>(pairs.size());
+}
+
 double largest_residual(const std::vector<PointPair>& pairs, const PointEstimate& estimate) {
   double largest = 0;
   for (const Vector2d& residual : point_residuals(pairs, estimate.camera, estimate.T_camera_object)) {
     largest = std::max(largest, residual.norm());
   }
   return largest;
+}
+
+std::size_t farthest(const std::vector<Vector2d>& residuals) {
+  const auto found = std::max_element(residuals.begin(), residuals.end(), [](const Vector2d& a, const Vector2d& b) {
+    return a.squaredNorm() < b.squaredNorm();
+  });
+  return static_cast<std::size_t>(found - residuals.begin());
 }
 
 PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<PointEstimate>& found,
@@ -118,8 +131,11 @@ PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<Poi
   result.pairs = pairs;
   result.residuals = point_residuals(pairs, best.camera, best.T_camera_object);
   result.rms = root_mean_square(result.residuals);
+  const VectorXd honest_sigmas = pixel_sigma * refinement.sigmas_per_pixel(best);
+  result.position_sigma = honest_sigmas.head<3>().norm() * (best.T_camera_object * middle(pairs)).norm();
+  result.rotation_sigma = honest_sigmas.segment<3>(3).norm();
   if (with_focal) {
-    result.focal_sigma = pixel_sigma * refinement.sigmas_per_pixel(best)[6] * best.camera.fx;
+    result.focal_sigma = honest_sigmas[6] * best.camera.fx;
     if (sigmas[6] > kDoubtfulFocalSigma) {
       result.warnings.push_back(
           fmt::format("the focal length is uncertain ({:.0f} +- {:.0f} px): add points at more "
@@ -134,14 +150,12 @@ PoseFromPoints judged(const std::vector<PointPair>& pairs, const std::vector<Poi
         rotation_angle(best.T_camera_object.linear().transpose() * other->T_camera_object.linear()) * 180 / M_PI,
         other->rms(pairs.size()), result.rms));
   }
-  const auto worst =
-      std::max_element(result.residuals.begin(), result.residuals.end(),
-                       [](const Vector2d& a, const Vector2d& b) { return a.squaredNorm() < b.squaredNorm(); });
-  if (worst->norm() > kMistakenResidual) {
+  const std::size_t worst = farthest(result.residuals);
+  if (result.residuals[worst].norm() > kMistakenResidual) {
     result.warnings.push_back(
         fmt::format("the points do not belong together: that of {} is {:.0f} px off, but another may be the mistaken "
                     "one; check that x,y,z belong to u,v on each line",
-                    pairs[static_cast<std::size_t>(worst - result.residuals.begin())].name, worst->norm()));
+                    pairs[worst].name, result.residuals[worst].norm()));
   }
   return result;
 }
@@ -171,6 +185,12 @@ PoseFromPoints without_mistaken(const std::vector<PointPair>& pairs, std::size_t
           fmt::format("left out: the point of {}, which the other {} put elsewhere by {:.0f} px or more; check that "
                       "x,y,z belong to u,v there",
                       listed_names(mistaken), kept.size(), kMistakenResidual));
+      // The pose gives way to one of two points that were taken for each other.
+      const std::size_t worst = farthest(result.residuals);
+      if (const double off = result.residuals[worst].norm(); off > kImprecisePixelSigma) {
+        result.warnings.push_back(
+            fmt::format("the point of {} is still {:.1f} px off: is it mistaken, too?", kept[worst].name, off));
+      }
       return result;
     }
   }

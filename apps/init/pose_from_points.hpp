@@ -17,6 +17,8 @@ struct PoseFromPoints {
   std::vector<PointPair> pairs;            ///< those that the pose is of; mistaken ones are left out, with a warning
   std::vector<Eigen::Vector2d> residuals;  ///< projected minus seen, pixels, one of these pairs
   double rms = 0;                          ///< root of the mean squared length of the residuals, pixels
+  double position_sigma = 0;               ///< standard deviation of the points' middle, metres
+  double rotation_sigma = 0;               ///< the same of the rotation, radians
   double focal_sigma = 0;                  ///< standard deviation of an estimated focal length, pixels
   std::vector<std::string> warnings;       ///< what the user should know about this pose
 };

@@ -1,5 +1,7 @@
 #include "track/object_search.hpp"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <system_error>
 
@@ -54,7 +56,15 @@ ModelFeatures Recognition::seen_features(const Mesh& mesh) const {
 
 ModelFeatures Recognition::features(const Mesh& mesh) const {
   const ModelFeatures both = drawn_features(mesh).with(seen_features(mesh));
-  return both.count() > 0 ? both : ModelFeatures(mesh);  // which says what is missing
+  if (both.count() > 0) return both;
+  std::error_code unknown;
+  if (!remembered.empty() && !fs::exists(remembered, unknown)) {
+    throw Error(ErrorCode::model,
+                fmt::format("the model has neither texture nor vertex colours to recognize it by, and '{}' does not "
+                            "exist: give a first pose or a guide",
+                            remembered.string()));
+  }
+  return ModelFeatures(mesh);  // which says what is missing
 }
 
 ProposePoses Recognition::proposer(std::shared_ptr<const Mesh> mesh, const Camera& camera, bool at_once) const {
@@ -133,6 +143,14 @@ void Memory::save() {
   if (!changed_) return;
   learner_.seen().save(path_);
   changed_ = false;
+}
+
+std::optional<std::string> Memory::doubt() const {
+  std::error_code unknown;
+  if (changed_ || fs::exists(path_, unknown)) return {};
+  return fmt::format("nothing is learned of the object and '{}' is not written: {}", path_.string(),
+                     textured_ ? "the model's texture tells every side that was seen"
+                               : "no frame shows it held, with its outline clear all round and enough marks on it");
 }
 
 }  // namespace holdfast::app

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "holdfast/detection.hpp"
@@ -92,6 +93,8 @@ class Memory {
   void begin() { sure_ = true; }
   /// Writes the file, where anything was learned since. Throws Error(output).
   void save();
+  /// Why there is no file after save(); nothing where there is one.
+  std::optional<std::string> doubt() const;
 
  private:
   std::filesystem::path path_;

@@ -54,7 +54,7 @@ void TrackCommand::add_to(CLI::App& command) {
       ->group(frames_group);
 
   constexpr const char* output_group = "Results";
-  command.add_option("--poses", outputs.poses, "CSV: pose, status and figures, a row a frame")
+  command.add_option("--poses", outputs.poses, "CSV: pose, status and figures, one row per frame")
       ->type_name("FILE")
       ->group(output_group);
   command.add_option("--tum", outputs.tum, "TUM trajectory of the frames that are held")

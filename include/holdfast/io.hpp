@@ -43,8 +43,8 @@ HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const 
                                                         const std::optional<Camera>& camera);
 
 /// Reads an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML (its binning and region of interest applied),
-/// Kalibr's chain of one camera, or "fx fy cx cy" text. Text has no size: width and height stay 0. Throws Error(file)
-/// or Error(camera), also for a lens model that is not supported.
+/// Kalibr's chain of one camera, or "fx fy cx cy" text. Text has no size: width and height stay 0
+/// until camera_for_frames(). Throws Error(file) or Error(camera), also for a lens model that is not supported.
 HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 
 /// Writes an OpenCV calibration file (format by the extension: .yml, .yaml, .json, .xml). Throws Error(output),
@@ -54,7 +54,7 @@ HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera
 /// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
 /// program's option --rescale-camera) when they differ, unless `rescale`, which needs a size of the same shape to scale
 /// from.
-HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
+HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale = false);
 
 /// A warning where the principal point lies so far from the middle of the frames that the calibration is probably
 /// another picture's; nothing where it is near or the camera has no size.

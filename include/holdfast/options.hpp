@@ -10,7 +10,7 @@ namespace holdfast {
 /// Which tracker is run.
 enum class Quality {
   accurate,  ///< iterated, robust, coarse to fine, texture and contour together
-  fast,      ///< the same with half the resolution for large objects and fewer pixels: a third of the time
+  fast,      ///< the same with half the resolution for large objects and fewer pixels: up to half the time
   paper,     ///< one view and one solution a frame from texture alone: de Ruiter and Benhabib (2008)
 };
 

@@ -40,14 +40,20 @@ opencv=$(pkg-config --cflags opencv4 | sed "s,-I,-isystem ,g")
 "$compiler" -std=c++20 "$source/make_video.cpp" $opencv -lopencv_videoio -lopencv_imgcodecs -lopencv_core -o make_video
 ./make_video sequence/frames/%06d.png video.mp4
 
-example README.md cpp 1 >readme.cpp
-example docs/guide/embedding.md cpp 2 >device.cpp
-for name in readme device; do
+# A calibration as text has no size.
+cp sequence/K.txt camera.txt
+example README.md cpp 1 | sed s/camera.yml/camera.txt/ >readme.cpp
+example docs/guide/embedding.md cpp 2 | sed s/camera.yml/camera.txt/ >found.cpp
+example docs/guide/embedding.md cpp 3 | sed s/camera.yml/camera.txt/ >device.cpp
+for name in readme found device; do
+  library=holdfast-io
+  test $name != found || library="holdfast-detection holdfast-io"
   # shellcheck disable=SC2046,SC2086
-  "$compiler" -std=c++20 $name.cpp $opencv $(pkg-config --cflags --libs holdfast-io) \
+  "$compiler" -std=c++20 $name.cpp $opencv $(pkg-config --cflags --libs $library) \
     -lopencv_videoio -lopencv_core -lOpenCL -o $name
 done
 test "$(./readme | grep -c '^$')" -eq 12
+test "$(./found | grep -c '^held')" -eq 12
 test "$(./device | grep -c '^held')" -eq 12
 
 example docs/guide/embedding.md cmake 1 >app/CMakeLists.txt

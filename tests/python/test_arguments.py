@@ -197,6 +197,18 @@ def test_meshes_of_arrays_and_files(box, camera, device, simulation, frames, tmp
         assert distance(pose_of(tracker, simulation.poses[0], frames[1]), expected) < 1e-5
 
 
+def test_a_picture_of_pillow_is_a_texture(box):
+    class Picture:  # as much of PIL.Image as is asked of it
+        mode = "P"
+
+        def convert(self, mode):
+            assert mode == "RGBA"
+            return box.images[0]
+
+    mesh = holdfast.Mesh(box.vertices, box.faces, box.uv, Picture())
+    assert np.array_equal(mesh.images[0], box.images[0])
+
+
 @pytest.mark.parametrize(
     "arguments, error, words",
     [
@@ -207,6 +219,7 @@ def test_meshes_of_arrays_and_files(box, camera, device, simulation, frames, tmp
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "uv": np.zeros((2, 2))}, ValueError, r"uv.*\(3, 2\).*\(2, 2\)"),
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "colors": np.zeros((3, 2))}, ValueError, r"colors.*\(3, 2\)"),
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": np.zeros((4, 4, 3))}, TypeError, "image.*float64"),
+        ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": "a.png"}, TypeError, "image.*str.*Mesh.load"),
     ],
 )
 def test_wrong_meshes_are_named(arguments, error, words):

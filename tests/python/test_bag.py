@@ -167,8 +167,24 @@ def test_stamps_need_not_rise(box, camera, simulation, frames, tmp_path):
     assert [result.held for result in results] == [True] * 4
 
 
+def test_starts_from_a_file_or_without_a_pose(box, camera, simulation, frames, tmp_path):
+    empty = np.full_like(frames[0], 90)
+    with Recorder(True, tmp_path / "run.bag") as recorder:
+        for i, image in enumerate([empty, *frames[:2]]):
+            recorder.image("/camera/image_raw", START + i * STEP, image, "bgr8", padding=0)
+    seen = []
+    results = holdfast.bag.track(
+        tmp_path / "run.bag", tmp_path / "found", box, camera=camera, after_frame=lambda _, result: seen.append(result)
+    )
+    assert results[0] is None and seen[0] is None and all(result.held for result in results[1:])
+    assert len(list(holdfast.bag.read_poses(tmp_path / "found"))) == 2
+    holdfast.save_pose(tmp_path / "pose.txt", simulation.poses[0])
+    given = holdfast.bag.track(tmp_path / "run.bag", tmp_path / "given", box, tmp_path / "pose.txt", camera=camera)
+    assert len(given) == 3 and not given[0].held
+
+
 def test_what_is_wrong_with_a_bag_is_said(camera, frames, tmp_path):
-    with pytest.raises(holdfast.Error, match="no-such") as raised:
+    with pytest.raises(holdfast.Error, match="no-such.bag' does not exist$") as raised:
         list(holdfast.bag.read_images(tmp_path / "no-such.bag"))
     assert raised.value.code == holdfast.ErrorCode.file
     with Recorder(True, tmp_path / "run.bag") as recorder:

@@ -36,7 +36,8 @@ def files(box, camera, simulation, tmp_path_factory):
     shutil.move(folder / "sequence" / "frames", folder / "video.mp4")
     shutil.move(folder / "sequence" / "poses_gt.txt", folder / "truth.txt")
     camera.save(folder / "camera.yml")
-    holdfast.save_pose(folder / "pose.txt", simulation.poses[0])
+    for name in ("pose.txt", "guide.txt"):
+        holdfast.save_pose(folder / name, simulation.poses[0])
     for name in ("object.obj", "textured.obj"):
         box.save(folder / name)
     holdfast.Mesh(box.vertices, box.faces).save(folder / "plain.obj")
@@ -72,6 +73,13 @@ def test_commands_run(page, here, program, tmp_path):
         assert done.returncode == 0, block + done.stdout + done.stderr
         for name in re.findall(r"--(?:pose|picture|poses|overlay|out|tum|json|contact-sheet|camera-out) (\S+)", block):
             assert pathlib.Path(name).stat().st_size > 0, name
+
+
+def test_a_guide_written_by_hand_is_a_pose(tmp_path):
+    (text,) = (block for block in blocks("docs/guide/first_pose.md", "text") if "," not in block)
+    (tmp_path / "guide.txt").write_text(text)
+    axes = holdfast.load_pose(tmp_path / "guide.txt")[:3, :3]
+    assert np.array_equal(axes[:, 1], [0, -1, 0]) and np.array_equal(axes[:, 2], [0, 0, -1])  # y up, z to the camera
 
 
 def test_readme_holds_the_box(here, program):

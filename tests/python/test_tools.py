@@ -117,6 +117,8 @@ def test_files_of_poses(simulation, tmp_path):
     assert distance(holdfast.load_pose(tmp_path / "pose.txt"), simulation.poses[1]) < 1e-9
     np.savetxt(tmp_path / "poses.txt", simulation.poses[:, :3].reshape(-1, 12), fmt="%.12g")
     assert distance(holdfast.load_poses(tmp_path / "poses.txt"), simulation.poses) < 1e-9
+    with pytest.warns(UserWarning, match="poses.txt' holds {} poses".format(len(simulation))):
+        assert distance(holdfast.load_pose(tmp_path / "poses.txt"), simulation.poses[0]) < 1e-9
 
 
 def test_devices_are_listed(device):

@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import re
 import threading
 import time
 from pathlib import Path
@@ -50,6 +51,15 @@ def test_the_object_is_followed(tracker, simulation, frames):
         assert metres < 0.001 and radians < np.radians(0.5)
         assert result.covariance.shape == result.information.shape == (6, 6)
         np.testing.assert_allclose(result.covariance @ result.information, np.eye(6), atol=1e-6)
+
+
+def test_results_print_what_they_hold(tracker, frames):
+    result = tracker.track(frames[1])
+    assert re.match(r"<TextureEvidence enough alone: \d+ of \d+ gradient pixels used", repr(result.texture))
+    assert re.match("<ContourEvidence .*lines near|<ContourEvidence not asked>", repr(result.contour))
+    assert re.match("<EdgeEvidence .*lines near|<EdgeEvidence not asked>", repr(result.edges))
+    assert repr(result.snapshot) == "<SnapshotEvidence not asked>"
+    assert re.match(r"<RenderedView of \d+x\d+ pixels>", repr(tracker.rendered_view()))
 
 
 def test_evidence_outlives_its_result(tracker, frames):

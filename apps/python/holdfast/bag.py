@@ -1,6 +1,6 @@
 """Recordings of robots: reads ROS 1 and ROS 2 bags, tracks, and writes poses as a bag (rosbags; no ROS is needed).
 
-    holdfast.bag.track("run.bag", "poses.bag", "object.obj", holdfast.load_pose("pose.txt"))
+    holdfast.bag.track("run.bag", "poses.bag", "object.obj", "pose.txt")
 
 The bag that is written holds geometry_msgs/PoseWithCovarianceStamped and tf2_msgs/TFMessage with the images' stamps, in
 the frame that the images are in. Names that end in .bag are ROS 1 bags, others folders of ROS 2.
@@ -99,33 +99,40 @@ def track(
     bag: str | os.PathLike,
     output: str | os.PathLike,
     model: Any,
-    T_camera_object: np.ndarray,
+    T_camera_object: np.ndarray | str | os.PathLike | None = None,
     *,
     camera: _core.Camera | None = None,
     image_topic: str | None = None,
     camera_info_topic: str | None = None,
     pose_topic: str = "/holdfast/pose",
     object_frame_id: str = "object",
-    after_frame: Callable[[BagFrame, _core.FrameResult], None] | None = None,
+    after_frame: Callable[[BagFrame, _core.FrameResult | None], None] | None = None,
     **options: Any,
-) -> list[_core.FrameResult]:
-    """Tracks through a bag's images and writes a bag of the poses of frames that are held. Returns all results.
+) -> list[_core.FrameResult | None]:
+    """Tracks through a bag's images and writes a bag of the poses of frames that are held. Returns a result for each
+    image, None for those before the object is found.
 
-    model: see Tracker. T_camera_object: pose in the first image, 4x4, metres. camera: None: the bag's CameraInfo.
+    model: see Tracker. T_camera_object: pose in the first image, 4x4, metres, or a file of it; None: the object is
+    looked for by its texture (Tracker.find()). camera: None: the bag's CameraInfo.
     output: must not exist; *.bag: ROS 1, else a folder of ROS 2. object_frame_id: child frame of the transforms.
     after_frame: called with each frame and its result. options: Tracker's keyword arguments.
     """
+    if isinstance(T_camera_object, (str, os.PathLike)):
+        T_camera_object = _core.load_pose(T_camera_object)
     tracker = Tracker(model, camera or read_camera(bag, camera_info_topic), **options)
-    tracker.reset(T_camera_object)
-    results = []
+    if T_camera_object is not None:
+        tracker.reset(T_camera_object)
+    found = T_camera_object is not None
+    results: list[_core.FrameResult | None] = []
     time = -np.inf
     with PoseWriter(output, pose_topic, object_frame_id) as writer:
         for frame in read_images(bag, image_topic):
             # Stamps may stand still or go back, the tracker's times must rise.
             time = frame.time if frame.time > time else time + _FRAME_TIME
-            result = tracker.track(frame.image, time)
+            result = tracker.track(frame.image, time) if found else tracker.find(frame.image, time)
+            found = found or result is not None
             results.append(result)
-            if result.held:
+            if result is not None and result.held:
                 writer.write(result, frame.stamp_ns, frame.frame_id, frame.bag_time_ns)
             if after_frame is not None:
                 after_frame(frame, result)
@@ -217,6 +224,8 @@ def _pose_of(pose: Any) -> np.ndarray:
 
 @contextlib.contextmanager
 def _open(bag: str | os.PathLike) -> Iterator[AnyReader]:
+    if not Path(bag).exists():
+        raise Error(f"'{bag}' does not exist", ErrorCode.file)
     try:
         reader = AnyReader([Path(bag)], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         reader.open()

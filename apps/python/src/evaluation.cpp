@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -95,7 +96,12 @@ void bind_first_pose(nb::module_& module) {
           "4x4, object to camera, metres.", kNewArray)
       .def_ro("camera", &PoseOfPoints::camera, "As given, or with the focal length found.")
       .def_ro("rms", &PoseOfPoints::rms, "Root of the mean squared distance of the pixels, pixels.")
-      .def_ro("warnings", &PoseOfPoints::warnings, "What to know about this pose.");
+      .def_ro("warnings", &PoseOfPoints::warnings, "What to know about this pose.")
+      .def("__repr__", [](const PoseOfPoints& found) {
+        const auto t = found.T_camera_object.translation();
+        return fmt::format("<PoseFromPoints at [{:.4f}, {:.4f}, {:.4f}] m, rms {:.2f} px, {} warnings>", t.x(), t.y(),
+                           t.z(), found.rms, found.warnings.size());
+      });
   module.def("pose_from_points", &pose_from_points, nb::arg("points"), nb::arg("pixels"),
              nb::arg("camera") = nb::none(), nb::arg("width") = nb::none(), nb::arg("height") = nb::none(),
              nb::sig("def pose_from_points(points: numpy.typing.ArrayLike, pixels: numpy.typing.ArrayLike, camera: "

@@ -8,14 +8,23 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "common_options.hpp"
 #include "holdfast/io.hpp"
 
 namespace holdfast::python {
 
 void bind_files(nb::module_& module) {
   module.def(
-      "load_pose", [](const std::filesystem::path& path) { return pose_array(io::load_pose(path)); }, nb::arg("path"),
-      "The first pose of a file, 4x4: a 3x4 or 4x4 matrix as text, or TUM (t tx ty tz qx qy qz qw).");
+      "load_pose",
+      [](const std::filesystem::path& path) {
+        const Pose first = io::load_pose(path);
+        const std::optional<std::string> doubt = app::surplus_poses(path);
+        if (doubt && PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), 1) != 0) throw nb::python_error();
+        return pose_array(first);
+      },
+      nb::arg("path"),
+      "The first pose of a file, 4x4: a 3x4 or 4x4 matrix as text, or TUM (t tx ty tz qx qy qz qw). Warns where the "
+      "file holds more, which load_poses() reads.");
   module.def(
       "load_poses", [](const std::filesystem::path& path) { return poses_array(io::load_poses(path)); },
       nb::arg("path"), "All poses of a file with one a line, Nx4x4.");

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <nanobind/stl/string.h>
 
 #include <string>
@@ -15,6 +16,15 @@ std::string text_of(const FrameResult& result) {
   text += " at [" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ", " + std::to_string(t.z()) + "] m";
   return text + (result.message.empty() ? ">" : ": " + result.message + ">");
 }
+
+/// What each kind of evidence has, beside `figures`.
+template <class Evidence>
+std::string text_of(const char* kind, const Evidence& evidence, const std::string& figures) {
+  if (!evidence.asked) return fmt::format("<{} not asked>", kind);
+  return fmt::format("<{} {}>", kind, figures);
+}
+
+const char* held_by(bool holds) { return holds ? "enough alone" : "not enough alone"; }
 
 void bind_enums(nb::module_& module) {
   nb::enum_<PixelFormat>(module, "PixelFormat", "Byte layouts of frames.")
@@ -62,7 +72,12 @@ void bind_evidence(nb::module_& module) {
       .def_ro("residual", &TextureEvidence::residual,
               "Root of the weighted mean squared residual, intensity in [0, 1].")
       .def_ro("correlation", &TextureEvidence::correlation, "Of the rendered view and the frame, [-1, 1].")
-      .def_prop_ro("inlier_ratio", &TextureEvidence::inlier_ratio, "Share of the gradient pixels that agree.");
+      .def_prop_ro("inlier_ratio", &TextureEvidence::inlier_ratio, "Share of the gradient pixels that agree.")
+      .def("__repr__", [](const TextureEvidence& e) {
+        return text_of("TextureEvidence", e,
+                       fmt::format("{}: {} of {} gradient pixels used, residual {:.3f}, correlation {:.3f}",
+                                   held_by(e.holds), e.used_pixels, e.gradient_pixels, e.residual, e.correlation));
+      });
   nb::class_<ContourEvidence>(module, "ContourEvidence", "What the contour said of the pose.")
       .def_ro("asked", &ContourEvidence::asked, "It was compared on the finest level.")
       .def_ro("holds", &ContourEvidence::holds, "It would be enough alone to hold the object.")
@@ -72,20 +87,35 @@ void bind_evidence(nb::module_& module) {
       .def_ro("near_lines", &ContourEvidence::near_lines, "Of these, with the edge next to the contour.")
       .def_ro("agreement", &ContourEvidence::agreement, "Of colours with the contour over the near lines, [-1, 1].")
       .def_ro("residual", &ContourEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
-      .def_prop_ro("score", &ContourEvidence::score, "Agreement times the share of lines whose edge is there.");
+      .def_prop_ro("score", &ContourEvidence::score, "Agreement times the share of lines whose edge is there.")
+      .def("__repr__", [](const ContourEvidence& e) {
+        return text_of("ContourEvidence", e,
+                       fmt::format("{}: {} of {} lines near, agreement {:.2f}, residual {:.2f} px", held_by(e.holds),
+                                   e.near_lines, e.lines, e.agreement, e.residual));
+      });
   nb::class_<EdgeEvidence>(module, "EdgeEvidence", "What the model's edges said of the pose.")
       .def_ro("asked", &EdgeEvidence::asked, "They were compared on the finest level.")
       .def_ro("lines", &EdgeEvidence::lines, "Across edges of the model, inside the frame.")
       .def_ro("near_lines", &EdgeEvidence::near_lines, "Of these, with the frame's edge next to the model's.")
       .def_ro("score", &EdgeEvidence::score, "Share of near lines beyond what chance makes, at most 1.")
-      .def_ro("residual", &EdgeEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.");
+      .def_ro("residual", &EdgeEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
+      .def("__repr__", [](const EdgeEvidence& e) {
+        return text_of("EdgeEvidence", e,
+                       fmt::format("{} of {} lines near, score {:.2f}, residual {:.2f} px", e.near_lines, e.lines,
+                                   e.score, e.residual));
+      });
   nb::class_<SnapshotEvidence>(module, "SnapshotEvidence",
                                "What the pixels of a model without appearance said, beside an earlier frame's.")
       .def_ro("asked", &SnapshotEvidence::asked, "They were compared on the finest level.")
       .def_ro("holds", &SnapshotEvidence::holds, "They would be enough to hold the object.")
       .def_ro("gradient_pixels", &SnapshotEvidence::gradient_pixels, "Looked at, with a gradient in the earlier frame.")
       .def_ro("used_pixels", &SnapshotEvidence::used_pixels, "Of these, those that agree.")
-      .def_ro("correlation", &SnapshotEvidence::correlation, "Of both frames over these, [-1, 1].");
+      .def_ro("correlation", &SnapshotEvidence::correlation, "Of both frames over these, [-1, 1].")
+      .def("__repr__", [](const SnapshotEvidence& e) {
+        return text_of("SnapshotEvidence", e,
+                       fmt::format("{}: {} of {} gradient pixels used, correlation {:.3f}", held_by(e.holds),
+                                   e.used_pixels, e.gradient_pixels, e.correlation));
+      });
 }
 
 }  // namespace
@@ -150,7 +180,10 @@ void bind_frame_result(nb::module_& module) {
           "HxW float32, metres along the optical axis; 0 where nothing is drawn.", kNewArray)
       .def_prop_ro(
           "T_camera_object", [](const RenderedView& view) { return pose_array(view.T_camera_object); },
-          "Pose that it is drawn at, 4x4.", kNewArray);
+          "Pose that it is drawn at, 4x4.", kNewArray)
+      .def("__repr__", [](const RenderedView& view) {
+        return fmt::format("<RenderedView of {}x{} pixels>", view.width, view.height);
+      });
 }
 
 }  // namespace holdfast::python

@@ -18,7 +18,15 @@
 namespace holdfast::python {
 
 Texture texture_argument(nb::handle value, const char* name) {
-  const FrameArgument image = frame_argument(value, name, std::nullopt);
+  if (nb::isinstance<nb::str>(value) || nb::hasattr(value, "__fspath__")) {
+    throw nb::type_error((std::string(name) + ": expected a numpy array of uint8, RGB, got " + described(value) +
+                          "; numpy.asarray(PIL.Image.open(file)) reads one, Mesh.load() a model with its textures")
+                             .c_str());
+  }
+  const bool of_pillow = nb::hasattr(value, "convert") && nb::hasattr(value, "mode");
+  const nb::object array =
+      of_pillow ? nb::module_::import_("numpy").attr("asarray")(value.attr("convert")("RGBA")) : nb::borrow(value);
+  const FrameArgument image = frame_argument(array, name, std::nullopt);
   const int channels = image.view.format == PixelFormat::rgba8 ? 4 : image.view.format == PixelFormat::bgr8 ? 3 : 1;
   Texture texture{image.view.width, image.view.height, {}};
   texture.rgba.reserve(static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height) * 4);
@@ -123,7 +131,8 @@ void bind_mesh(nb::module_& module) {
                   "numpy.typing.ArrayLike | None = None, image: numpy.typing.NDArray[numpy.uint8] | None = None, "
                   "colors: numpy.typing.ArrayLike | None = None) -> None"),
           "vertices: Nx3, metres. faces: Mx3 vertex indices. uv: Nx2, v upwards. image: HxWx3 RGB, HxWx4 RGBA or HxW "
-          "uint8, rows from the top (v = 1) down; alpha 0 marks surface of unknown look. colors: Nx3 or Nx4, 0 to 255.")
+          "uint8, or a picture of Pillow's; rows from the top (v = 1) down; alpha 0 marks surface of unknown look. uv "
+          "without image: a model without texture, whose coordinates TextureBaker uses. colors: Nx3 or Nx4, 0 to 255.")
       .def_static(
           "load",
           [](const std::filesystem::path& path, double scale) {

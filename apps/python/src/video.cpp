@@ -74,7 +74,8 @@ void bind_video(nb::module_& module) {
   nb::class_<FrameSource>(
       module, "Video",
       "Iterates over the frames of a video file, an image folder, an image pattern "
-      "('frames/%06d.png', 'frames/*.png') or a camera's number. Warns where the input ends before its time.")
+      "('frames/%06d.png', 'frames/*.png') or a camera's number, once: a second loop needs another Video. Warns where "
+      "the input ends before its time.")
       .def(
           "__init__", &open, nb::arg("input"), nb::arg("start") = 0, nb::arg("stop") = nb::none(),
           nb::arg("stride") = 1, nb::arg("frame_rate") = 0.0,
