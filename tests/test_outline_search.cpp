@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "contour/contour_modality.hpp"
@@ -131,23 +132,39 @@ TEST_CASE("an edge answers to its own direction, less to the next, and a contour
   const auto contour = [&](int direction, int x, int y) {
     return static_cast<int>(*responses.contours(direction, x + kMargin, y + kMargin));
   };
+  // Three pixels see a lone edge, of the thirteen around it that are averaged.
+  const int alone = DirectionResponses::kNothing + (255 - DirectionResponses::kNothing) * 10 / 13;
   for (const int x : {Square::kFirst, Square::kLast}) {  // upright edges, normals along x
     CAPTURE(x);
-    CHECK(edge(0, x, middle) == 255);
+    CHECK(std::abs(edge(0, x, middle) - alone) <= 1);
     CHECK(edge(1, x, middle) < edge(0, x, middle));
     CHECK(edge(1, x, middle) > DirectionResponses::kNothing);
     CHECK(edge(4, x, middle) < DirectionResponses::kNothing);
     const int out = x == Square::kLast ? 0 : 8, in = 8 - out;
-    CHECK(contour(out, x, middle) > 250);
+    CHECK(contour(out, x, middle) > alone);
     CHECK(contour(in, x, middle) < contour(out, x, middle) - 60);
   }
-  CHECK(edge(4, middle, Square::kFirst) == 255);
-  CHECK(contour(12, middle, Square::kFirst) > 250);
-  CHECK(contour(4, middle, Square::kLast) > 250);
+  CHECK(std::abs(edge(4, middle, Square::kFirst) - alone) <= 1);
+  CHECK(contour(12, middle, Square::kFirst) > alone);
+  CHECK(contour(4, middle, Square::kLast) > alone);
   for (int d = 0; d < DirectionResponses::kEdges; ++d) {
-    CHECK(edge(d, middle, middle) == DirectionResponses::kNothing);
+    CHECK(edge(d, middle, middle) <= DirectionResponses::kNothing);
+    CHECK(edge(d, middle, middle) > DirectionResponses::kNothing - 5);
     CHECK(edge(d, -3, middle) == DirectionResponses::kNothing);
     CHECK(edge(d, Square::kWidth + 2, Square::kHeight + 2) == DirectionResponses::kNothing);
+  }
+}
+
+TEST_CASE("an edge among many of its direction says next to nothing") {
+  constexpr int kMargin = 2;
+  std::vector<float> rgb(4 * Square::kWidth * Square::kHeight);
+  for (std::size_t i = 0; i < rgb.size(); ++i) rgb[i] = i / 4 % Square::kWidth / 3 % 2 == 0 ? 0.2F : 0.8F;
+  DirectionResponses responses;
+  responses.compute(rgb.data(), Square::kWidth, std::vector<float>(rgb.size() / 4, 0.0F), Square::kWidth,
+                    Square::kHeight, kMargin);
+  for (int x = 12; x < 36; ++x) {
+    CAPTURE(x);
+    CHECK(*responses.edges(0, x + kMargin, 20 + kMargin) < DirectionResponses::kNothing + 30);
   }
 }
 
