@@ -17,9 +17,9 @@ std::string text_of(const FrameResult& result) {
   return text + (result.message.empty() ? ">" : ": " + result.message + ">");
 }
 
-/// What each kind of evidence has, beside `figures`.
+/// How a kind of evidence is printed.
 template <class Evidence>
-std::string text_of(const char* kind, const Evidence& evidence, const std::string& figures) {
+std::string evidence_text(const char* kind, const Evidence& evidence, const std::string& figures) {
   if (!evidence.asked) return fmt::format("<{} not asked>", kind);
   return fmt::format("<{} {}>", kind, figures);
 }
@@ -74,9 +74,10 @@ void bind_evidence(nb::module_& module) {
       .def_ro("correlation", &TextureEvidence::correlation, "Of the rendered view and the frame, [-1, 1].")
       .def_prop_ro("inlier_ratio", &TextureEvidence::inlier_ratio, "Share of the gradient pixels that agree.")
       .def("__repr__", [](const TextureEvidence& e) {
-        return text_of("TextureEvidence", e,
-                       fmt::format("{}: {} of {} gradient pixels used, residual {:.3f}, correlation {:.3f}",
-                                   held_by(e.holds), e.used_pixels, e.gradient_pixels, e.residual, e.correlation));
+        return evidence_text(
+            "TextureEvidence", e,
+            fmt::format("{}: {} of {} gradient pixels used, residual {:.3f}, correlation {:.3f}", held_by(e.holds),
+                        e.used_pixels, e.gradient_pixels, e.residual, e.correlation));
       });
   nb::class_<ContourEvidence>(module, "ContourEvidence", "What the contour said of the pose.")
       .def_ro("asked", &ContourEvidence::asked, "It was compared on the finest level.")
@@ -89,9 +90,9 @@ void bind_evidence(nb::module_& module) {
       .def_ro("residual", &ContourEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
       .def_prop_ro("score", &ContourEvidence::score, "Agreement times the share of lines whose edge is there.")
       .def("__repr__", [](const ContourEvidence& e) {
-        return text_of("ContourEvidence", e,
-                       fmt::format("{}: {} of {} lines near, agreement {:.2f}, residual {:.2f} px", held_by(e.holds),
-                                   e.near_lines, e.lines, e.agreement, e.residual));
+        return evidence_text("ContourEvidence", e,
+                             fmt::format("{}: {} of {} lines near, agreement {:.2f}, residual {:.2f} px",
+                                         held_by(e.holds), e.near_lines, e.lines, e.agreement, e.residual));
       });
   nb::class_<EdgeEvidence>(module, "EdgeEvidence", "What the model's edges said of the pose.")
       .def_ro("asked", &EdgeEvidence::asked, "They were compared on the finest level.")
@@ -100,9 +101,9 @@ void bind_evidence(nb::module_& module) {
       .def_ro("score", &EdgeEvidence::score, "Share of near lines beyond what chance makes, at most 1.")
       .def_ro("residual", &EdgeEvidence::residual, "Root of the weighted mean squared distance of edges, pixels.")
       .def("__repr__", [](const EdgeEvidence& e) {
-        return text_of("EdgeEvidence", e,
-                       fmt::format("{} of {} lines near, score {:.2f}, residual {:.2f} px", e.near_lines, e.lines,
-                                   e.score, e.residual));
+        return evidence_text("EdgeEvidence", e,
+                             fmt::format("{} of {} lines near, score {:.2f}, residual {:.2f} px", e.near_lines, e.lines,
+                                         e.score, e.residual));
       });
   nb::class_<SnapshotEvidence>(module, "SnapshotEvidence",
                                "What the pixels of a model without appearance said, beside an earlier frame's.")
@@ -112,9 +113,9 @@ void bind_evidence(nb::module_& module) {
       .def_ro("used_pixels", &SnapshotEvidence::used_pixels, "Of these, those that agree.")
       .def_ro("correlation", &SnapshotEvidence::correlation, "Of both frames over these, [-1, 1].")
       .def("__repr__", [](const SnapshotEvidence& e) {
-        return text_of("SnapshotEvidence", e,
-                       fmt::format("{}: {} of {} gradient pixels used, correlation {:.3f}", held_by(e.holds),
-                                   e.used_pixels, e.gradient_pixels, e.correlation));
+        return evidence_text("SnapshotEvidence", e,
+                             fmt::format("{}: {} of {} gradient pixels used, correlation {:.3f}", held_by(e.holds),
+                                         e.used_pixels, e.gradient_pixels, e.correlation));
       });
 }
 
