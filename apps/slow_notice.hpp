@@ -19,7 +19,7 @@ inline constexpr const char* kPreparing =
 /// Standard error where a person reads it, else null.
 std::FILE* terminal();
 
-/// Where kPreparing is said: standard error where a person reads it or no kernels are kept yet (in the default folder,
+/// The stream for kPreparing: standard error where a person reads it or no kernels are kept yet (in the default folder,
 /// if this one has no name), else null.
 std::FILE* preparing_stream(const std::filesystem::path& cache_folder);
 

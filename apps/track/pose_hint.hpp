@@ -27,8 +27,8 @@ void require_in_front(const Mesh& mesh, const Pose& T_camera_object);
 /// What is wrong where the first frame is lost and no other reading of the pose finds the object.
 std::string lost_start(const FrameResult& first);
 
-/// Where the first frame is lost or unlike under the pose given: the first other reading under which `is_held` finds
-/// the object.
+/// The first other reading of a given pose under which `is_held` finds the object: asked where the first frame is lost
+/// or unlike under the pose as it stands.
 std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held);
 
 }  // namespace holdfast::app

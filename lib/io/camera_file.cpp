@@ -1,17 +1,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <opencv2/core.hpp>
-#include <span>
 #include <string_view>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "io/calibration_document.hpp"
+#include "io/calibration_fields.hpp"
+#include "io/distortion_fields.hpp"
 #include "io/numbers.hpp"
 #include "io/text_file.hpp"
 
@@ -28,64 +27,15 @@ constexpr std::size_t kMostCameraBytes = 1'000'000;
 /// How much the shapes of one view at two sizes differ by, log of width over height: pixels are whole.
 constexpr double kSameShape = 0.02;
 
-[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
-  throw Error(ErrorCode::camera, fmt::format("camera file '{}': {}", path.string(), reason));
-}
-
-/// cameraMatrix, camera_matrix, Camera_Matrix: all the same.
-std::string plain_name(const std::string& name) {
-  std::string plain;
-  for (const unsigned char c : name) {
-    if (std::isalnum(c)) {
-      plain += static_cast<char>(std::tolower(c));
-    }
-  }
-  return plain;
-}
-
-const json* find(const json& document, std::initializer_list<std::string_view> names) {
-  for (const std::string_view name : names) {
-    for (const auto& [key, value] : document.items()) {
-      if (plain_name(key) == name) {
-        return &value;
-      }
-    }
-  }
-  return nullptr;
-}
-
-void flatten(const json& node, std::vector<double>& values, const fs::path& path, const std::string& name) {
-  if (node.is_number()) {
-    values.push_back(node.get<double>());
-  } else if (node.is_array()) {
-    for (const json& child : node) {
-      flatten(child, values, path, name);
-    }
-  } else {
-    fail(path, fmt::format("'{}' holds something that is not a number", name));
-  }
-}
-
-/// The numbers of a matrix, row by row: {rows, cols, data: [...]}, nested lists, or one list.
-std::vector<double> matrix_values(const json& node, const fs::path& path, const std::string& name) {
-  std::vector<double> values;
-  const json* data = node.is_object() ? find(node, {"data"}) : &node;
-  if (data == nullptr) {
-    fail(path, fmt::format("'{}' has no 'data'", name));
-  }
-  flatten(*data, values, path, name);
-  return values;
-}
-
 void set_camera_matrix(Camera& camera, const std::vector<double>& k, const fs::path& path) {
   if (k.size() != 9) {
-    fail(path, fmt::format("the camera matrix has {} numbers, not 9 (3x3, row by row)", k.size()));
+    fail_camera(path, fmt::format("the camera matrix has {} numbers, not 9 (3x3, row by row)", k.size()));
   }
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
-    fail(path, "the camera matrix is not [fx 0 cx; 0 fy cy; 0 0 1], row by row (is it transposed?)");
+    fail_camera(path, "the camera matrix is not [fx 0 cx; 0 fy cy; 0 0 1], row by row (is it transposed?)");
   }
   if (std::abs(k[1]) > 1e-6 * std::abs(k[0])) {
-    fail(path, fmt::format("the camera matrix has a skew of {}; only cameras without skew are supported", k[1]));
+    fail_camera(path, fmt::format("the camera matrix has a skew of {}; only cameras without skew are supported", k[1]));
   }
   camera.fx = k[0];
   camera.cx = k[2];
@@ -93,99 +43,23 @@ void set_camera_matrix(Camera& camera, const std::vector<double>& k, const fs::p
   camera.cy = k[5];
 }
 
-void set_distortion(Camera& camera, const std::vector<double>& d, const fs::path& path) {
-  if (camera.lens == LensModel::fisheye) {
-    const bool none = std::all_of(d.begin(), d.end(), [](double k) { return k == 0; });
-    if (d.size() != 4 && !none) {
-      fail(path, fmt::format("{} distortion coefficients; a fisheye has 4: k1 k2 k3 k4", d.size()));
-    }
-    std::copy_n(d.begin(), std::min<std::size_t>(4, d.size()), camera.distortion.begin());
-    return;
-  }
-  const bool known = d.empty() || d.size() == 4 || d.size() == 5 || d.size() == 8 || d.size() == 12 || d.size() == 14;
-  if (!known) {
-    fail(path,
-         fmt::format("{} distortion coefficients; supported are 4, 5 or 8: k1 k2 p1 p2 [k3 [k4 k5 k6]]", d.size()));
-  }
-  if (std::any_of(d.begin() + std::min<std::ptrdiff_t>(8, std::ssize(d)), d.end(), [](double k) { return k != 0; })) {
-    fail(path,
-         "the thin prism and tilt terms of the distortion are not supported: calibrate with the 4, 5 or 8 "
-         "coefficient model");
-  }
-  std::copy_n(d.begin(), std::min<std::size_t>(8, d.size()), camera.distortion.begin());
-}
-
-double number(const json& node, const fs::path& path, const std::string& name) {
-  if (!node.is_number()) {
-    fail(path, fmt::format("'{}' is not a number", name));
-  }
-  return node.get<double>();
-}
-
-/// Coefficients under names of their own, k1 k2 p1 p2 k3 ..., in OpenCV's order; empty where there are none.
-std::vector<double> named_coefficients(LensModel lens, const json& document, const fs::path& path) {
-  constexpr std::array<std::string_view, 8> polynomial = {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
-  constexpr std::array<std::string_view, 4> fisheye = {"k1", "k2", "k3", "k4"};
-  const std::span<const std::string_view> names =
-      lens == LensModel::fisheye ? std::span<const std::string_view>(fisheye) : polynomial;
-  std::vector<double> values(names.size(), 0);
-  bool found = false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (const json* value = find(document, {names[i]}); value != nullptr) {
-      values[i] = number(*value, path, std::string(names[i]));
-      found = true;
-    }
-  }
-  return found ? values : std::vector<double>();
-}
-
-bool holds_numbers(const json& node) {
-  if (node.is_structured()) return std::any_of(node.begin(), node.end(), holds_numbers);
-  return node.is_number() && node.get<double>() != 0;
-}
-
-/// Calibrations whose distortion has a name that is not known are refused: without it they would be another camera's.
-void require_no_other_distortion(const json& document, const json* taken, const fs::path& path) {
-  for (const auto& [key, value] : document.items()) {
-    const std::string name = plain_name(key);
-    const bool meant = name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos;
-    if (meant && &value != taken && holds_numbers(value)) {
-      fail(path, fmt::format("'{}' seems to be its distortion: name it distortion_coefficients, k1 k2 p1 p2 [k3 [k4 k5 "
-                             "k6]]",
-                             key.substr(0, 40)));
-    }
-  }
-}
-
-void read_distortion(Camera& camera, const json& document, const fs::path& path) {
-  const json* distortion = find(document, {"distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff",
-                                           "distortion", "dist", "d", "coeffs"});
-  require_no_other_distortion(document, distortion, path);
-  if (distortion == nullptr || distortion->is_null()) distortion = &document;
-  std::vector<double> values =
-      distortion->is_object() ? named_coefficients(camera.lens, *distortion, path) : std::vector<double>();
-  if (values.empty() && distortion != &document) {
-    values = matrix_values(*distortion, path, "distortion_coefficients");
-  }
-  if (!values.empty()) set_distortion(camera, values, path);
-}
-
 bool is_true(const json& node) {
   return (node.is_number() && node.get<double>() != 0) || (node.is_boolean() && node.get<bool>()) ||
-         (node.is_string() && plain_name(node) == "true");
+         (node.is_string() && plain_key(node) == "true");
 }
 
 /// The lens by what the file calls it, under any of the names that are about.
 LensModel lens_model(const json& document, const fs::path& path) {
   LensModel lens = LensModel::polynomial;
-  if (const json* fisheye = find(document, {"fisheyemodel", "fisheye"}); fisheye != nullptr && is_true(*fisheye)) {
+  if (const json* fisheye = find_field(document, {"fisheyemodel", "fisheye"});
+      fisheye != nullptr && is_true(*fisheye)) {
     lens = LensModel::fisheye;
   }
   for (const std::string_view key :
        {"distortionmodel", "cameramodel", "modeltype", "lensmodel", "projectionmodel", "cameratype", "model"}) {
-    const json* named = find(document, {key});
+    const json* named = find_field(document, {key});
     if (named == nullptr || !named->is_string()) continue;
-    const std::string name = plain_name(*named);
+    const std::string name = plain_key(*named);
     const auto is_one_of = [&name](std::initializer_list<std::string_view> names) {
       return std::find(names.begin(), names.end(), name) != names.end();
     };
@@ -194,36 +68,36 @@ LensModel lens_model(const json& document, const fs::path& path) {
     } else if ((key != "model" || name.find("inverse") != name.npos) &&  // a device's name, or a lens's
                !is_one_of({"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv",
                            "pinhole", "perspective", "brown", "brownconrady", "standard"})) {
-      fail(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
-                             "equidistant, or undistort the frames",
-                             key == "distortionmodel" ? "distortion model" : "camera model",
-                             named->get<std::string>().substr(0, 40)));
+      fail_camera(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
+                                    "equidistant, or undistort the frames",
+                                    key == "distortionmodel" ? "distortion model" : "camera model",
+                                    named->get<std::string>().substr(0, 40)));
     }
   }
   return lens;
 }
 
 int size_in_pixels(const json& node, const fs::path& path, const std::string& name) {
-  const double value = number(node, path, name);
+  const double value = number_of(node, path, name);
   if (!(value >= 1 && value <= 1e5 && value == std::floor(value))) {
-    fail(path, fmt::format("'{}' is {}, not a number of pixels", name, value));
+    fail_camera(path, fmt::format("'{}' is {}, not a number of pixels", name, value));
   }
   return static_cast<int>(value);
 }
 
 void set_size(Camera& camera, const json& document, const fs::path& path) {
-  const json* width = find(document, {"imagewidth", "width", "imagesizewidth", "imgwidth"});
-  const json* height = find(document, {"imageheight", "height", "imagesizeheight", "imgheight"});
+  const json* width = find_field(document, {"imagewidth", "width", "imagesizewidth", "imgwidth"});
+  const json* height = find_field(document, {"imageheight", "height", "imagesizeheight", "imgheight"});
   if (width != nullptr && height != nullptr) {
     camera.width = size_in_pixels(*width, path, "image_width");
     camera.height = size_in_pixels(*height, path, "image_height");
-  } else if (const json* size = find(document, {"imagesize", "resolution"}); size != nullptr) {
+  } else if (const json* size = find_field(document, {"imagesize", "resolution"}); size != nullptr) {
     if (size->is_object()) {
       set_size(camera, *size, path);
       return;
     }
     if (!size->is_array() || size->size() != 2) {
-      fail(path, "'image_size' is not [width, height]");
+      fail_camera(path, "'image_size' is not [width, height]");
     }
     camera.width = size_in_pixels((*size)[0], path, "image_size");
     camera.height = size_in_pixels((*size)[1], path, "image_size");
@@ -233,21 +107,22 @@ void set_size(Camera& camera, const json& document, const fs::path& path) {
 /// The part of the sensor that ROS's frames show (`roi`), and how many of its pixels make one (`binning`).
 void apply_region(Camera& camera, const json& document, const fs::path& path) {
   const auto value = [&path](const json& owner, std::string_view name) {
-    const json* node = find(owner, {name});
-    const double read = node == nullptr || node->is_null() ? 0 : number(*node, path, std::string(name));
+    const json* node = find_field(owner, {name});
+    const double read = node == nullptr || node->is_null() ? 0 : number_of(*node, path, std::string(name));
     if (!(read >= 0 && read < 1e5 && read == std::floor(read))) {
-      fail(path, fmt::format("'{}' is {}, not a number of pixels", name, read));
+      fail_camera(path, fmt::format("'{}' is {}, not a number of pixels", name, read));
     }
     return static_cast<int>(read);
   };
-  if (const json* roi = find(document, {"roi"}); roi != nullptr && roi->is_object()) {
+  if (const json* roi = find_field(document, {"roi"}); roi != nullptr && roi->is_object()) {
     const int width = value(*roi, "width"), height = value(*roi, "height");
     camera.cx -= value(*roi, "xoffset");
     camera.cy -= value(*roi, "yoffset");
     if (width > 0 && height > 0) {
       if (camera.width > 0 &&
           (value(*roi, "xoffset") + width > camera.width || value(*roi, "yoffset") + height > camera.height)) {
-        fail(path, fmt::format("its 'roi' reaches out of the sensor of {}x{} pixels", camera.width, camera.height));
+        fail_camera(path,
+                    fmt::format("its 'roi' reaches out of the sensor of {}x{} pixels", camera.width, camera.height));
       }
       camera.width = width;
       camera.height = height;
@@ -256,7 +131,7 @@ void apply_region(Camera& camera, const json& document, const fs::path& path) {
   const int across = std::max(1, value(document, "binningx")), down = std::max(1, value(document, "binningy"));
   if (across == 1 && down == 1) return;
   if (camera.width < across || camera.height < down) {
-    fail(path, "it names a binning, but no size of the frames");
+    fail_camera(path, "it names a binning, but no size of the frames");
   }
   // Pixels are binned whole: what is left over at the right and the bottom is dropped.
   camera.width -= camera.width % across;
@@ -265,14 +140,14 @@ void apply_region(Camera& camera, const json& document, const fs::path& path) {
 }
 
 void set_intrinsics(Camera& camera, const json& document, const fs::path& path) {
-  if (const json* matrix = find(document, {"cameramatrix", "k", "intrinsicmatrix", "mtx"}); matrix != nullptr) {
+  if (const json* matrix = find_field(document, {"cameramatrix", "k", "intrinsicmatrix", "mtx"}); matrix != nullptr) {
     set_camera_matrix(camera, matrix_values(*matrix, path, "camera_matrix"), path);
     return;
   }
-  if (const json* list = find(document, {"intrinsics"}); list != nullptr && list->is_array()) {  // Kalibr's
+  if (const json* list = find_field(document, {"intrinsics"}); list != nullptr && list->is_array()) {  // Kalibr's
     const std::vector<double> values = matrix_values(*list, path, "intrinsics");
     if (values.size() != 4) {
-      fail(path, fmt::format("the intrinsics are {} numbers, not fx fy cx cy", values.size()));
+      fail_camera(path, fmt::format("the intrinsics are {} numbers, not fx fy cx cy", values.size()));
     }
     camera.fx = values[0];
     camera.fy = values[1];
@@ -282,11 +157,11 @@ void set_intrinsics(Camera& camera, const json& document, const fs::path& path) 
   }
   for (const auto& [name, value] :
        {std::pair{"fx", &camera.fx}, {"fy", &camera.fy}, {"cx", &camera.cx}, {"cy", &camera.cy}}) {
-    const json* node = find(document, {name});
+    const json* node = find_field(document, {name});
     if (node == nullptr) {
-      fail(path, "there is neither a camera_matrix nor fx, fy, cx, cy in it");
+      fail_camera(path, "there is neither a camera_matrix nor fx, fy, cx, cy in it");
     }
-    *value = number(*node, path, name);
+    *value = number_of(*node, path, name);
   }
 }
 
@@ -297,7 +172,7 @@ const json& camera_of_chain(const json& document, const fs::path& path) {
     const bool is_camera = value.is_object() && name.starts_with("cam") && value.contains("intrinsics");
     if (!is_camera) continue;
     if (only != nullptr) {
-      fail(path, "it holds several cameras: leave only the one whose frames these are");
+      fail_camera(path, "it holds several cameras: leave only the one whose frames these are");
     }
     only = &value;
   }
@@ -307,7 +182,8 @@ const json& camera_of_chain(const json& document, const fs::path& path) {
 Camera camera_from_document(const json& whole, const fs::path& path) {
   Camera camera;
   if (!whole.is_object()) {
-    fail(path, "expected an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML, or 'fx fy cx cy' as text");
+    fail_camera(path,
+                "expected an OpenCV calibration (YAML, JSON, XML), a ROS camera_info YAML, or 'fx fy cx cy' as text");
   }
   const json& document = camera_of_chain(whole, path);
   camera.lens = lens_model(document, path);
@@ -332,7 +208,7 @@ Camera camera_from_numbers(const std::vector<NumberLine>& lines, const fs::path&
   } else if (values.size() == 9) {
     set_camera_matrix(camera, values, path);
   } else {
-    fail(path, fmt::format("{} numbers: expected 'fx fy cx cy' or a 3x3 camera matrix", values.size()));
+    fail_camera(path, fmt::format("{} numbers: expected 'fx fy cx cy' or a 3x3 camera matrix", values.size()));
   }
   return camera;
 }
@@ -344,7 +220,7 @@ void require_usable(const Camera& camera, const fs::path& path) {
   try {
     sized.validate();
   } catch (const Error& error) {
-    fail(path, error.what());
+    fail_camera(path, error.what());
   }
 }
 

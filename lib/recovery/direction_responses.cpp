@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace holdfast {
 namespace {
 
-constexpr double kPi = 3.14159265358979324;
 /// Squared step of colour over two pixels below which a gradient is noise: four levels a pixel.
 constexpr float kNoise2 = (8.0F / 255) * (8.0F / 255);
 /// Response to an edge of the next direction, and what one across takes away, of 1.
@@ -26,7 +26,7 @@ int level_of(float value) {
 }  // namespace
 
 int DirectionResponses::direction(double x, double y) {
-  const int turn = static_cast<int>(std::lround(std::atan2(y, x) / kPi * kEdges));
+  const int turn = static_cast<int>(std::lround(std::atan2(y, x) / std::numbers::pi * kEdges));
   return (turn + kContours) % kContours;
 }
 
@@ -63,7 +63,7 @@ void DirectionResponses::find_edges(const float* rgb, int stride) {
       const float strength = strength_[index(x, y)];
       if (strength <= 0) continue;
       const int turn = directions[index(x, y)];
-      const double angle = turn * kPi / kEdges;
+      const double angle = turn * std::numbers::pi / kEdges;
       const int sx = static_cast<int>(std::lround(std::cos(angle))),
                 sy = static_cast<int>(std::lround(std::sin(angle)));
       if (strength_[index(x + sx, y + sy)] > strength || strength_[index(x - sx, y - sy)] >= strength) continue;
@@ -88,7 +88,7 @@ void DirectionResponses::put(int plane, int x, int y, int value) {
       static_cast<std::uint8_t>(value);
 }
 
-/// What edges say for a direction beyond what they say all around.
+/// Responses to a direction, less their mean all around.
 std::vector<float> DirectionResponses::beside_others(const float* value) const {
   const int across = width_ + 1;
   std::vector<float> said(seen_.size());
@@ -140,8 +140,8 @@ void DirectionResponses::compute(const float* rgb, int stride, const std::vector
   }
   int beside_x[kContours], beside_y[kContours];
   for (int d = 0; d < kContours; ++d) {
-    beside_x[d] = static_cast<int>(std::lround(kBeside * std::cos(d * kPi / kEdges)));
-    beside_y[d] = static_cast<int>(std::lround(kBeside * std::sin(d * kPi / kEdges)));
+    beside_x[d] = static_cast<int>(std::lround(kBeside * std::cos(d * std::numbers::pi / kEdges)));
+    beside_y[d] = static_cast<int>(std::lround(kBeside * std::sin(d * std::numbers::pi / kEdges)));
   }
   std::vector<float> said[kEdges];
   for (int d = 0; d < kEdges; ++d) said[d] = beside_others(value[d]);

@@ -26,7 +26,7 @@ constexpr std::size_t kTemplates = 2000;
 /// All of them by one of so many of their points, and the best by all.
 constexpr std::size_t kEach = 3, kMostLookedAt = 200;
 constexpr int kMostViews = 12;
-/// Of these, each so many-th point moves the pose to where more agree: first steps, radians or pixels of the level, of
+/// Each so many-th point of these moves the pose to where more agree: first steps, radians or pixels of the level, of
 /// which each next is half, and how often each is gone through at most.
 constexpr std::size_t kEachRefined = 2;
 constexpr double kFirstTurn = 0.12, kFirstShift = 2;

@@ -60,7 +60,7 @@ class OutlineSearch {
   Peak best_place(const Template& shown, std::size_t each);
   Pose pose_at(const Peak& peak) const;
   struct Found {
-    Pose T_camera_object;
+    Pose T_camera_object = Pose::Identity();
     double score = 0;
   };
   /// The pose around a peak's at which most of its points agree.

@@ -17,7 +17,7 @@ std::string text_of(const FrameResult& result) {
   return text + (result.message.empty() ? ">" : ": " + result.message + ">");
 }
 
-/// How a kind of evidence is printed.
+/// The text that a kind of evidence prints as.
 template <class Evidence>
 std::string evidence_text(const char* kind, const Evidence& evidence, const std::string& figures) {
   if (!evidence.asked) return fmt::format("<{} not asked>", kind);
