@@ -140,18 +140,27 @@ struct Edge {
 std::optional<Edge> edge_by_shares(const kernel::hf_contour& o, const std::vector<Passed>& passed) {
   std::array<Eigen::Vector3d, 2> mean;
   double spread = static_cast<double>(HF_CONTOUR_NOISE2);
-  for (const bool beyond : {false, true}) {
+  for (const int side : {-1, 1}) {
     std::vector<Eigen::Vector3d> colors;
-    for (const Passed& pixel : passed) {
-      const int steps = beyond ? pixel.k : -pixel.k;
-      if (steps >= o.beside && steps <= o.around) colors.push_back(pixel.color);
+    for (int steps = o.beside; steps <= o.around; ++steps) {
+      for (const Passed& pixel : passed) {
+        if (pixel.k == side * steps) colors.push_back(pixel.color);
+      }
     }
     if (colors.size() < 2) return std::nullopt;
-    const auto count = static_cast<double>(colors.size());
-    const Eigen::Vector3d middle =
-        std::accumulate(colors.begin(), colors.end(), Eigen::Vector3d(Eigen::Vector3d::Zero())) / count;
-    for (const Eigen::Vector3d& color : colors) spread += (color - middle).squaredNorm() / count;
-    mean[beyond ? 1 : 0] = middle;
+    // Each weighs by its likeness to the mean of those nearer to the contour.
+    std::vector<double> weights;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double all = 0;
+    for (const Eigen::Vector3d& color : colors) {
+      const double unlike = all > 0 ? (color - sum / all).squaredNorm() : 0;
+      weights.push_back(1 / (1 + unlike / static_cast<double>(HF_CONTOUR_ALIKE2)));
+      sum += weights.back() * color;
+      all += weights.back();
+    }
+    const Eigen::Vector3d middle = sum / all;
+    for (std::size_t i = 0; i < colors.size(); ++i) spread += weights[i] * (colors[i] - middle).squaredNorm() / all;
+    mean[side > 0 ? 1 : 0] = middle;
   }
   const Eigen::Vector3d across = mean[0] - mean[1];
   const double contrast2 = std::max(across.squaredNorm(), 1e-6);
@@ -505,9 +514,40 @@ void check_found_edge(const Device::Impl& device, Size size) {
   }
 }
 
+/// A rim four pixels wide of another colour, as on a thing that is seen from its end: the edge is the rim's outer one.
+void check_found_rim(const Device::Impl& device, Size size) {
+  if (size.width < 25) return;
+  const Eigen::Vector2d normal(std::cos(0.4), std::sin(0.4)), middle(0.5 * size.width, 0.5 * size.height);
+  const Eigen::Vector3d body(0.8, 0.2, 0.2), rim(0.2, 0.7, 0.8), outside(0.5, 0.5, 0.5);
+  Planes frame = two_colors(size, normal, middle - 4 * normal, body, rim);
+  const Planes edge = two_colors(size, normal, middle, rim, outside);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      if (normal.dot(Eigen::Vector2d(x, y) - middle) < -2) continue;
+      for (int channel = 0; channel < 3; ++channel) frame.at(x, y, channel) = edge.get(x, y, channel);
+    }
+  }
+  Setting setting(size, frame);
+  setting.contour.variance = 0.25F;
+  setting.contour.step = 0.5F;
+  setting.contour.by_shares = 1;
+  for (const Eigen::Vector3d& color : {body, rim}) setting.share[static_cast<std::size_t>(bin_of(color))] = 0.98F;
+  setting.share[static_cast<std::size_t>(bin_of(outside))] = 0.02F;
+  for (const double offset : {-0.4, 0.0, 0.3}) {
+    CAPTURE(offset);
+    ContourPoint point;
+    point.p_camera = setting.backproject(middle - offset * normal, 0.6).cast<float>();
+    point.normal = normal.cast<float>();
+    point.inside = point.outside = kReach;
+    const std::vector<float> sums = run_constraints(device, setting, {point});
+    CHECK(std::abs(static_cast<double>(sums[HF_CONTOUR_DISTANCE]) - offset) < 0.25);
+  }
+}
+
 }  // namespace
 
 SMALL_AND_LARGE("constraints of lines across the contour", check_constraints)
 SMALL_AND_LARGE("colours of lines across the contour", check_colors)
 SMALL_AND_LARGE("a line's row is the slope of its pixel", check_row)
 SMALL_AND_LARGE("a line finds the edge of two colours", check_found_edge)
+SMALL_AND_LARGE("a line finds the outer edge of a narrow rim", check_found_rim)

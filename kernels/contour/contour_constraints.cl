@@ -65,43 +65,49 @@ INLINE float total(float16 v) {
   return b.x + b.y + b.z + b.w;
 }
 
+/* Mean colour and variance of one side of the contour (side 1: outside, -1: inside), from pixels that look like those
+   nearer to it: what lies farther may be of another colour. False where too little of it is seen. */
+INLINE int side_colors(__global const float* frame, hf_layout layout, hf_contour o, contour_line line, int side,
+                       float3* mean, float* variance) {
+  float4 sum = (float4)(0.0f);
+  float squares = 0.0f, weights = 0.0f;
+  int count = 0;
+  for (int k = o.beside; k <= o.around; ++k) {
+    float4 pixel;
+    float beyond;
+    if (!line_pixel(frame, layout, o, line, side * k, &pixel, &beyond)) continue;
+    const float4 other = weights > 0.0f ? pixel - sum / weights : (float4)(0.0f);
+    const float weight = 1.0f / (1.0f + dot(other.xyz, other.xyz) / HF_CONTOUR_ALIKE2);
+    sum += weight * pixel;
+    squares += weight * dot(pixel.xyz, pixel.xyz);
+    weights += weight;
+    ++count;
+  }
+  if (count < 2) return 0;
+  *mean = sum.xyz / weights;
+  *variance = fmax(0.0f, squares / weights - dot(*mean, *mean));
+  return 1;
+}
+
 /* How far beyond the contour the shares put the edge that both sides' colours have in the pixels next to it, as an
    area: no symmetrical blur moves it (equation 27). `doubt` is what the colours vary by, over their squared contrast;
    false where too little of a side is seen. */
 INLINE int edge_by_shares(__global const float* frame, hf_layout layout, hf_contour o, contour_line line, float* offset,
                           float* doubt) {
-  float4 inside = (float4)(0.0f), outside = (float4)(0.0f);
-  float inside_squares = 0.0f, outside_squares = 0.0f;
-  int inside_count = 0, outside_count = 0;
-  for (int k = -o.around; k <= o.around; ++k) {
-    float4 pixel;
-    float beyond;
-    if (abs(k) < o.beside || !line_pixel(frame, layout, o, line, k, &pixel, &beyond)) continue;
-    const float square = dot(pixel.xyz, pixel.xyz);
-    if (k < 0) {
-      inside += pixel;
-      inside_squares += square;
-      ++inside_count;
-    } else {
-      outside += pixel;
-      outside_squares += square;
-      ++outside_count;
-    }
-  }
-  if (inside_count < 2 || outside_count < 2) return 0;
-  inside /= (float)inside_count;
-  outside /= (float)outside_count;
-  const float3 difference = inside.xyz - outside.xyz;
+  float3 inside, outside;
+  float inside_variance, outside_variance;
+  if (!side_colors(frame, layout, o, line, -1, &inside, &inside_variance) ||
+      !side_colors(frame, layout, o, line, 1, &outside, &outside_variance))
+    return 0;
+  const float3 difference = inside - outside;
   const float contrast2 = fmax(dot(difference, difference), 1e-6f);
-  *doubt = (fmax(0.0f, inside_squares / inside_count - dot(inside.xyz, inside.xyz)) +
-            fmax(0.0f, outside_squares / outside_count - dot(outside.xyz, outside.xyz)) + HF_CONTOUR_NOISE2) /
-           contrast2;
+  *doubt = (inside_variance + outside_variance + HF_CONTOUR_NOISE2) / contrast2;
   float sum = 0.0f;
   for (int k = -o.beside; k <= o.beside; ++k) {
     float4 pixel;
     float beyond;
     if (!line_pixel(frame, layout, o, line, k, &pixel, &beyond)) continue;
-    const float share = clamp(dot(pixel.xyz - outside.xyz, difference) / contrast2, -0.5f, 1.5f);
+    const float share = clamp(dot(pixel.xyz - outside, difference) / contrast2, -0.5f, 1.5f);
     const float expected = 0.5f - 0.5f * clamp(beyond / HF_CONTOUR_HALF_EDGE, -1.0f, 1.0f);
     const float t = beyond / (o.beside + 0.5f);
     sum += fmax(0.0f, 1.0f - t * t) * (share - expected);

@@ -73,6 +73,7 @@
 #define HF_CONTOUR_LEAST_Z 1e-6f     /* metres, of a point in front of the camera */
 #define HF_CONTOUR_LEAST_PIXELS 3.0f /* of a line on the frame, else it is none */
 #define HF_CONTOUR_NOISE2 2e-4f      /* variance that colours have anyway, all channels */
+#define HF_CONTOUR_ALIKE2 2.5e-3f    /* squared difference from colours nearer to the contour that halves a weight */
 #define HF_CONTOUR_HALF_EDGE 0.7f    /* pixels beyond the contour to which pixels show shares, sharp frames */
 #define HF_CONTOUR_AGREED2 2.25f     /* squared distance of an edge by colours at which its shares weigh half */
 #define HF_CONTOUR_DOUBT 0.15f       /* doubt at which an edge by shares counts as much as one by colours */

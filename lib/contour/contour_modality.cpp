@@ -70,8 +70,7 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
 }
 
 bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
-  const int level = std::min(finest + 1, coarsest(T_camera_object, finest));
-  if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
+  if (!draw(T_camera_object, finest, 0) || constraints_.count() < kLeastLines) return false;
   constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
   return true;
 }
