@@ -69,23 +69,25 @@ INLINE float total(float16 v) {
    nearer to it: what lies farther may be of another colour. False where too little of it is seen. */
 INLINE int side_colors(__global const float* frame, hf_layout layout, hf_contour o, contour_line line, int side,
                        float3* mean, float* variance) {
-  float4 sum = (float4)(0.0f);
+  float3 nearest = (float3)(0.0f), sum = (float3)(0.0f); /* the sum is of differences: small ones stay exact */
   float squares = 0.0f, weights = 0.0f;
   int count = 0;
   for (int k = o.beside; k <= o.around; ++k) {
     float4 pixel;
     float beyond;
     if (!line_pixel(frame, layout, o, line, side * k, &pixel, &beyond)) continue;
-    const float4 other = weights > 0.0f ? pixel - sum / weights : (float4)(0.0f);
-    const float weight = 1.0f / (1.0f + dot(other.xyz, other.xyz) / HF_CONTOUR_ALIKE2);
-    sum += weight * pixel;
-    squares += weight * dot(pixel.xyz, pixel.xyz);
+    if (count++ == 0) nearest = pixel.xyz;
+    const float3 from_nearest = pixel.xyz - nearest;
+    const float3 other = from_nearest - sum / fmax(weights, 1.0f);
+    const float weight = 1.0f / (1.0f + dot(other, other) / HF_CONTOUR_ALIKE2);
+    sum += weight * from_nearest;
+    squares += weight * dot(from_nearest, from_nearest);
     weights += weight;
-    ++count;
   }
   if (count < 2) return 0;
-  *mean = sum.xyz / weights;
-  *variance = fmax(0.0f, squares / weights - dot(*mean, *mean));
+  sum /= weights;
+  *mean = nearest + sum;
+  *variance = fmax(0.0f, squares / weights - dot(sum, sum));
   return 1;
 }
 

@@ -69,8 +69,8 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
   return terms;
 }
 
-bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
-  if (!draw(T_camera_object, finest, 0) || constraints_.count() < kLeastLines) return false;
+bool ContourModality::learn(const Pose& T_camera_object, int level, ColorHistograms& colors) {
+  if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
   constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
   return true;
 }

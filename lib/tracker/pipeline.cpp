@@ -42,7 +42,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
   FrameResult result;
   {
     const Stopwatch watch(total);
-    if (!state_.seen) see(prior_.T_camera_object, false, state_);
+    if (!state_.seen) see(prior_.T_camera_object, Given::nearly, state_);
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
@@ -95,7 +95,7 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   tried_ = state_;
   tried_.textured = false;
   const Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
-  see(outline.T_camera_object, false, state_);
+  see(outline.T_camera_object, Given::nearly, state_);
   const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
   if (held(mended) && as_usual(mended)) return mended;
   const Alignment given = follow_fully({prior.T_camera_object}, true, state_);

@@ -47,8 +47,10 @@ class Pipeline {
   double frame_time(std::optional<double> time);
   void choose_finest_level();
   void upload(const Rect& wanted, int margin);
-  /// Learns light, colours and, at an `exact` pose, what is usual, from the frame at hand.
-  void see(const Pose& T_camera_object, bool exact, TrackingState& state);
+  /// How well a pose is known that a frame is to be learned from: a proposal, a first pose, one that is right.
+  enum class Given { roughly, nearly, exactly };
+  /// Learns light, colours and, at a pose that is right, what is usual, from the frame at hand.
+  void see(const Pose& T_camera_object, Given given, TrackingState& state);
   /// Whether a pose that the outline alone holds, with nothing in front of it, has the model's print on it.
   void look_for_print(const Alignment& alignment);
   /// The pose at which a model starts whose own edges are not found, while the frame has others that go along with

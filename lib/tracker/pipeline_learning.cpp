@@ -58,7 +58,8 @@ double brightening(std::span<const LitPatch> patches, const DrawnLight& before, 
 
 }  // namespace
 
-void Pipeline::see(const Pose& T_camera_object, bool exact, TrackingState& state) {
+void Pipeline::see(const Pose& T_camera_object, Given given, TrackingState& state) {
+  const bool exact = given == Given::exactly;
   const Rect object = view_.bounds(T_camera_object);
   if (object.empty()) return;
   upload(object, std::max(aligner_.contour().margin(), (filter_.radius() + 4) << state.finest));
@@ -88,12 +89,16 @@ void Pipeline::see(const Pose& T_camera_object, bool exact, TrackingState& state
     }
   }
   if (tuning_.contour && !tuning_.paper()) {
+    ContourModality& contour = aligner_.contour();
+    // Beside a pose that is far off, colours of the finest level speak for it: lines reach half as far there.
+    const int coarse = std::min(state.finest + 1, contour.coarsest(T_camera_object, state.finest));
+    const int level = given == Given::roughly ? coarse : state.finest;
     state.colors.clear();
-    if (aligner_.contour().learn(T_camera_object, state.finest, state.colors)) {
-      aligner_.contour().use_colors(state.colors);
+    if (contour.learn(T_camera_object, level, state.colors)) {
+      contour.use_colors(state.colors);
     }
     if (exact && state.colors.known()) {
-      seen.contour = aligner_.contour().linearize(T_camera_object, state.finest, kClosestSearch);
+      seen.contour = contour.linearize(T_camera_object, state.finest, kClosestSearch);
       seen.has_contour = seen.contour.found;
     }
     if (exact && tuning_.edges && aligner_.edges().has_edges()) {
@@ -120,7 +125,7 @@ std::optional<Pose> Pipeline::start_as_given(const Pose& T_given, const Pose& T_
   state_.edges = edges.no_memory();
   state_.edges.off_model = true;
   edges.learn(T_start, state_.finest, state_.edges);
-  see(T_start, true, state_);
+  see(T_start, Given::exactly, state_);
   return T_start;
 }
 

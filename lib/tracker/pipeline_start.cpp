@@ -57,7 +57,7 @@ void Pipeline::reset(const Pose& T_camera_object, const UploadFrame& upload, std
   prior_ = state_.motion.predict(t);
   choose_finest_level();
   aligner_.start_frame(state_, prior_);
-  see(state_.motion.pose(), true, state_);
+  see(state_.motion.pose(), Given::exactly, state_);
   state_.motion.begin(t);
 }
 
@@ -70,7 +70,7 @@ FrameResult Pipeline::refine(const UploadFrame& upload, const Pose& T_start) {
   uploaded_ = {};
   prior_ = asked.motion.predict(1);
   aligner_.start_frame(asked, prior_);
-  if (!asked.colors.known()) see(T_start, false, asked);
+  if (!asked.colors.known()) see(T_start, Given::roughly, asked);
   last_ = tuning_.paper() ? follow_once(T_start, asked) : follow_fully({T_start}, false, asked);
   FrameResult result = report(last_, asked);
   result.ms = aligner_.times();
