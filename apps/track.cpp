@@ -212,8 +212,13 @@ int TrackCommand::run() const {
     const bool is_lost = tracked.result.status == Status::lost;
     const bool unlike = tracked.result.texture.asked && !tracked.result.texture.holds;
     if (tracked.ordinal == 0 && (is_lost || unlike) && !completion) {
-      const std::optional<std::string> hint =
-          pose_hint(*T_camera_object, [&](const Pose& pose) { return is_held_from(follower, pose, view, !is_lost); });
+      const auto reading = [&](bool by_texture) {
+        return pose_hint(*T_camera_object,
+                         [&](const Pose& pose) { return is_held_from(follower, pose, view, by_texture); });
+      };
+      // A reading that the print confirms goes before one that the outline alone holds.
+      std::optional<std::string> hint = tracked.result.texture.asked ? reading(true) : std::nullopt;
+      if (!hint && is_lost) hint = reading(false);
       if (hint || is_lost) warn_if(hint.value_or(lost_start(tracked.result)));
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
