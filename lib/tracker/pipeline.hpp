@@ -47,7 +47,7 @@ class Pipeline {
   double frame_time(std::optional<double> time);
   void choose_finest_level();
   void upload(const Rect& wanted, int margin);
-  /// How well a pose is known that a frame is to be learned from: a proposal, a first pose, one that is right.
+  /// A pose that a frame is to be learned from: a proposal, a first pose, or one that is right.
   enum class Given { roughly, nearly, exactly };
   /// Learns light, colours and, at a pose that is right, what is usual, from the frame at hand.
   void see(const Pose& T_camera_object, Given given, TrackingState& state);
