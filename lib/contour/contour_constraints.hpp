@@ -60,8 +60,9 @@ class ContourConstraints {
     }
   }
 
-  /// Adds the colours on both sides of the contour when it has moved by D. Waits for the device.
-  void learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning, ColorHistograms& colors);
+  /// Adds the bins of the colours along all lines, from the inside out, when the contour has moved by D. Waits for the
+  /// device.
+  void append_colors(DeviceImage& image, const Pose& D, const Conditioning& conditioning, std::vector<int>& bins);
 
  private:
   kernel::hf_contour options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,

@@ -69,9 +69,15 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
   return terms;
 }
 
-bool ContourModality::learn(const Pose& T_camera_object, int level, ColorHistograms& colors) {
-  if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
-  constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
+bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
+  const Conditioning conditioning{T_camera_object * extent_.p_object_center, extent_.radius};
+  std::vector<int> bins;
+  // A rim a few pixels wide shows on the finest level only, what fine grain looks like on coarser ones on those.
+  for (int level = std::min(finest + 1, coarsest(T_camera_object, finest)); level >= finest; --level) {
+    if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
+    constraints_.append_colors(image_, Pose::Identity(), conditioning, bins);
+  }
+  colors.learn(bins, ContourConstraints::kReach);
   return true;
 }
 
