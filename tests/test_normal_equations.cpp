@@ -7,6 +7,7 @@
 
 #include "solve/conditioning.hpp"
 #include "solve/normal_equations.hpp"
+#include "solve/uncertain_origin.hpp"
 
 namespace {
 
@@ -118,4 +119,50 @@ TEST_CASE("equations of two views add up: the sum is solved by the pose that bot
     CHECK((twice.A.ldlt().solve(twice.h) - truth).norm() < 1e-6 * truth.norm() + 1e-10);
     CHECK(twice.A == 2 * sum.A);
   }
+}
+
+TEST_CASE("equations about an uncertain origin are those of pose and origin together, the origin eliminated") {
+  std::mt19937 random(6);
+  using Matrix12 = Eigen::Matrix<double, 12, 12>;
+  using Vector12 = Eigen::Matrix<double, 12, 1>;
+  for (int i = 0; i < 20; ++i) {
+    const Matrix6 root = Matrix6::NullaryExpr([&] { return random_twist(random, 1)(0); });
+    const Matrix6 known_root = Matrix6::NullaryExpr([&] { return random_twist(random, 1)(0); });
+    NormalEquations relative;
+    relative.A = 50 * root * root.transpose();
+    relative.h = relative.A * random_twist(random, 0.01);
+    const Matrix6 known = known_root * known_root.transpose() + Matrix6::Identity();
+    Twist shift;
+    const NormalEquations result = without_origin(relative, known, shift);
+    // (y - shift) A (y - shift) and shift K shift are small together, with anything else that is said of y.
+    const Matrix6 other = 3 * Matrix6::Identity();
+    Matrix12 both = Matrix12::Zero();
+    both << relative.A + other, -relative.A, -relative.A, relative.A + known;
+    Vector12 right;
+    right << relative.h, -relative.h;
+    const Vector12 together = both.ldlt().solve(right);
+    CHECK((Matrix6(result.A + other).ldlt().solve(result.h) - together.head<6>()).norm() < 1e-9);
+    // An origin that is surely known changes nothing, one that is not known leaves nothing.
+    CHECK((without_origin(relative, 1e9 * Matrix6::Identity(), shift).A - relative.A).norm() <
+          1e-4 * relative.A.norm());
+    CHECK(without_origin(relative, 1e-9 * Matrix6::Identity(), shift).A.norm() < 1e-6);
+  }
+}
+
+TEST_CASE("the farther off an origin is found, the more it pulls, until it is too far to be believed") {
+  NormalEquations relative;
+  relative.A = 1e6 * Matrix6::Identity();
+  const Matrix6 known = 100 * Matrix6::Identity();
+  const auto pull = [&](double deviations) {
+    Twist shift;
+    relative.h = 1e6 * 0.1 * deviations * Twist::Unit(0);
+    const NormalEquations result = without_origin(relative, known, shift);
+    CHECK(shift(0) == doctest::Approx(-0.1 * deviations).epsilon(0.01));
+    return result.h(0);
+  };
+  CHECK(pull(1) == doctest::Approx(10).epsilon(0.01));
+  CHECK(pull(2) == doctest::Approx(20).epsilon(0.01));
+  CHECK(pull(6) < 2.5 * 10);
+  CHECK(pull(30) < pull(6));
+  CHECK(pull(300) < 1);
 }

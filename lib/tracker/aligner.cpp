@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.hpp"
 #include "solve/covariance.hpp"
+#include "solve/uncertain_origin.hpp"
 #include "tracker/hidden_motions.hpp"
 
 namespace holdfast {
@@ -20,8 +21,6 @@ constexpr double kRedrawPixels = 1.5;
 constexpr double kLongestStep = 3;
 /// Standard deviation of a start from where nothing is expected, object radii and radians.
 constexpr double kFreeDeviation = 0.3;
-/// Degrees of freedom of the motion prior.
-constexpr double kMotionFreedom = 2;
 /// Relative bend of 1/Z at an edge of flat faces.
 constexpr double kBend = 6e-4;
 /// Iteration from which the contour's edges are searched closest, and steps, pixels, below which they are at once.
@@ -164,9 +163,9 @@ NormalEquations Aligner::prior_equations(const Pose& T_camera_object, const Alig
     const Matrix6 information = Matrix6::Identity() / (kFreeDeviation * kFreeDeviation);
     return {information, information * perturbation_between(T_camera_object, T_start, extent_)};
   }
-  // Velocity changes suddenly now and then: Student-t, so that a prior that is far off counts little.
+  // Velocity changes suddenly now and then.
   const Twist off = perturbation_between(T_camera_object, prior_.T_camera_object, extent_);
-  const double weight = std::min(1.0, (kMotionFreedom + 6) / (kMotionFreedom + off.dot(prior_information_ * off)));
+  const double weight = kept_weight(off.dot(prior_information_ * off));
   return {weight * prior_information_, weight * prior_information_ * off};
 }
 
@@ -320,14 +319,7 @@ NormalEquations Aligner::about_snapshot(const NormalEquations& relative, const T
   Matrix6 known = state.usual.outline_information;
   known.diagonal().tail<3>().array() += kSnapshotTurn * known.trace();
   known.diagonal().array() += 1 / (kFreeDeviation * kFreeDeviation);
-  const Eigen::LDLT<Matrix6> factors(Matrix6(relative.A + known));
-  shift = -factors.solve(relative.h);
-  const Matrix6 gain = factors.solve(relative.A);
-  NormalEquations result;
-  result.A = relative.A - relative.A * gain;
-  result.A = (0.5 * (result.A + result.A.transpose())).eval();
-  result.h = relative.h + relative.A * shift;
-  return result;
+  return without_origin(relative, known, shift);
 }
 
 bool Aligner::take_snapshot(const Pose& T_camera_object, const TrackingState& state) {

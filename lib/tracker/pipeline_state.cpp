@@ -242,7 +242,10 @@ FrameResult Pipeline::report(const Alignment& alignment, const TrackingState& st
   }
   if (alignment.covariance.trace() > 0) {
     const Matrix6 M = twist_of_perturbation(extent_);
-    const Matrix6 covariance = M * alignment.covariance * M.transpose();
+    // The outlines that a snapshot's pose comes from have this outline's errors: it is no second witness (covariance
+    // intersection). What moves from frame to frame is known better.
+    const double witnesses = alignment.has_snapshot ? 2 : 1;
+    const Matrix6 covariance = witnesses * M * alignment.covariance * M.transpose();
     result.covariance = 0.5 * (covariance + covariance.transpose());
     result.information = symmetric_inverse(result.covariance);
   }
