@@ -13,7 +13,7 @@
 #                 covariance: docs/results/robustness.md; each part switched off: docs/results/experiments.md;
 #                 SEQUENCES=folder for recorded sequences too, PARTS=starts,small for some of it
 # make results    the RBOT protocol on SEQUENCES=folder with and without texture: docs/results/rbot.md, README's table
-# make modalities the same with and without the model's edges, and grey recordings: docs/results/modalities.md
+# make modalities texture, contour and edges alone and together, and grey recordings: docs/results/modalities.md
 # make devices    this machine's processor beside its graphics processor on SEQUENCES=folder: docs/results/devices.md
 # make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
 # make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the model's edges add beside contour and texture, by `holdfast evaluate --protocol rbot`, and how grey recordings
+"""What texture, contour and edges do alone and together, by `holdfast evaluate --protocol rbot`, and how grey recordings
 are followed by shape alone. Writes docs/results/modalities.md.
 
   modalities.py --program build/release/apps/holdfast --sequences FOLDER [--document FILE]
@@ -8,8 +8,12 @@ FOLDER is as rbot.py takes it. Its grey recordings are folders with frames/, K.t
 poses_reference.txt (another tracker's poses, 3x4 a line).
 """
 import argparse
+import concurrent.futures
 import pathlib
+import shutil
+import tempfile
 
+import document
 import holdfast
 import numpy
 import rbot
@@ -18,11 +22,23 @@ HEAD = """# Modalities
 
 `make modalities SEQUENCES=FOLDER` writes these tables.
 
-## With and without edges
+## Each alone, in pairs, all
 
-The RBOT protocol as in [every sequence](rbot.md): success in per cent, median errors in mm / degrees, frames that are
-held and wrong.
+The RBOT protocol as in [every sequence](rbot.md): success in per cent, mean over the sequences, and frames that are
+held and wrong. Models without texture have snapshots beside contour and edges (pixels that an earlier frame showed of
+the object); the last column is without them.
 """
+
+SETS = (("printed", ("box", "bottle"), "model.obj", False),
+        ("weakly textured: clay, metal, crust", ("statue", "palm", "bread"), "model.obj", False),
+        ("shape alone", ("",), "mesh_plain.obj", False),
+        ("shape alone, grey frames", ("",), "mesh_plain.obj", True))
+
+TEXTURED = (("texture", ("--no-contour",)), ("texture, contour", ("--ablate", "edges")),
+            ("texture, edges", ("--ablate", "colors")))
+OTHERS = (("contour", ("--ablate", "texture,edges")), ("edges", ("--ablate", "texture,colors")),
+          ("contour, edges", ("--ablate", "texture")), ("all", ()),
+          ("all but snapshots", ("--ablate", "snapshot")))
 
 GREY = """
 ## Grey recordings
@@ -32,18 +48,43 @@ reference's, pixels: of a frame, their mean and the worst of them.
 """
 
 
-def edges(arguments):
-    lines = ["| sequence | model | with edges | wrong | without | wrong |", "|---|---|---|---|---|---|"]
-    for sequence in sorted(p for p in arguments.sequences.iterdir() if (p / "visible.txt").exists()):
-        models = arguments.sequences / "models" / sequence.name.split("_")[0]
-        for title, model in (("textured", models / "model.obj"), ("shape alone", models / "mesh_plain.obj")):
-            print("modalities:", sequence.name, title, flush=True)
-            row = [sequence.name, title]
-            for options in ((), ("--ablate", "edges")):
-                success, mm, degrees, _, wrong, _ = rbot.figures(rbot.run(arguments.program, sequence, model, *options))
-                row += ["{:.1f}, {:.2f} / {:.2f}".format(success, mm, degrees), str(wrong)]
-            lines.append("| " + " | ".join(row) + " |")
-    return "\n".join(lines) + "\n"
+def grey_copy(sequence, folder):
+    """The sequence with grey frames, in a folder of this name."""
+    copy = folder / sequence.name
+    if not copy.exists():
+        (copy / "frames").mkdir(parents=True)
+        for name in ("K.txt", "poses_gt.txt", "visible.txt"):
+            shutil.copy(sequence / name, copy)
+        for number, frame in enumerate(holdfast.Video(sequence / "frames")):
+            luma = numpy.rint(frame.image @ (0.114, 0.587, 0.299)).astype(numpy.uint8)
+            header = "P5\n{} {}\n255\n".format(luma.shape[1], luma.shape[0]).encode()
+            (copy / "frames" / "{:06d}.pgm".format(number)).write_bytes(header + luma.tobytes())
+    return copy
+
+
+def combinations(arguments, folder):
+    columns = TEXTURED + OTHERS
+    rows = []
+    for title, objects, model, grey_frames in SETS:
+        sequences = sorted(p for p in arguments.sequences.iterdir()
+                           if (p / "visible.txt").exists() and p.name.startswith(objects))
+        row = [title]
+        for name, options in columns:
+            if model != "model.obj" and ("texture" in name or name == "contour, edges"):
+                row.append("")
+                continue
+            print("modalities:", title, "by", name, flush=True)
+
+            def run(sequence):
+                frames = grey_copy(sequence, folder) if grey_frames else sequence
+                mesh = arguments.sequences / "models" / sequence.name.split("_")[0] / model
+                return rbot.figures(rbot.run(arguments.program, frames, mesh, *options))
+
+            with concurrent.futures.ThreadPoolExecutor(arguments.threads) as pool:
+                all_figures = list(pool.map(run, sequences))
+            row.append("{:.1f}, {}".format(numpy.mean([f[0] for f in all_figures]), sum(f[4] for f in all_figures)))
+        rows.append(row)
+    return document.table(["models", *(name for name, _ in columns)], rows)
 
 
 def grey(arguments):
@@ -75,10 +116,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", required=True)
     parser.add_argument("--sequences", type=pathlib.Path, required=True)
+    parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--document", type=pathlib.Path, default=pathlib.Path("docs/results/modalities.md"))
     arguments = parser.parse_args()
     arguments.document.parent.mkdir(parents=True, exist_ok=True)
-    arguments.document.write_text(HEAD + "\n" + edges(arguments) + GREY + "\n" + grey(arguments))
+    with tempfile.TemporaryDirectory() as folder:
+        table = combinations(arguments, pathlib.Path(folder))
+    arguments.document.write_text(HEAD + "\n" + table + GREY + "\n" + grey(arguments))
 
 
 if __name__ == "__main__":

@@ -22,8 +22,8 @@ const std::map<std::string, bool Tuning::*>& mechanisms() {
       {"texture", &Tuning::texture},           {"robust_weights", &Tuning::robust_weights},
       {"velocity", &Tuning::predict_velocity}, {"expected_motion", &Tuning::expected_motion},
       {"shift_search", &Tuning::shift_search}, {"shading", &Tuning::shading},
-      {"reliability", &Tuning::reliability},   {"edges", &Tuning::edges},
-      {"snapshot", &Tuning::snapshot}};
+      {"reliability", &Tuning::reliability},   {"colors", &Tuning::colors},
+      {"edges", &Tuning::edges},               {"snapshot", &Tuning::snapshot}};
   return names;
 }
 

@@ -16,6 +16,7 @@ struct Tuning {
 
   bool texture = true;
   bool contour = true;
+  bool colors = true;          ///< of both sides of the contour
   bool edges = true;           ///< of the model, beside its contour
   bool snapshot = true;        ///< a model without appearance is compared with how a frame showed it
   bool robust_weights = true;  ///< Student-t weights on what passes the tests

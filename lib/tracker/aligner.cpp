@@ -293,7 +293,7 @@ void Aligner::look_at_outline(Alignment& alignment, int level, const OutlineClos
     alignment.edges = edges_.linearize(T, level, search.edges, state.edges);
     alignment.has_edges = alignment.edges.found;
   }
-  if (state.colors.known()) {
+  if (tuning_.colors && state.colors.known()) {
     alignment.contour = contour_.linearize(T, level, search.contour);
     alignment.has_contour = alignment.contour.found;
   }
