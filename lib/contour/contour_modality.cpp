@@ -70,12 +70,13 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
 }
 
 bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
-  const Conditioning conditioning{T_camera_object * extent_.p_object_center, extent_.radius};
   std::vector<int> bins;
   // A rim a few pixels wide shows on the finest level only, what fine grain looks like on coarser ones on those.
-  for (int level = std::min(finest + 1, coarsest(T_camera_object, finest)); level >= finest; --level) {
-    if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
-    constraints_.append_colors(image_, Pose::Identity(), conditioning, bins);
+  for (int level = finest; level <= std::min(finest + 1, coarsest(T_camera_object, finest)); ++level) {
+    if (!draw(T_camera_object, level, kRedraw) || constraints_.count() < kLeastLines) return false;
+    const Pose& T_drawn = shape_.T_drawn();
+    const Pose D = renormalized(T_camera_object * T_drawn.inverse());
+    constraints_.append_colors(image_, D, {T_drawn * extent_.p_object_center, extent_.radius}, bins);
   }
   colors.learn(bins, ContourConstraints::kReach);
   return true;
