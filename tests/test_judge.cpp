@@ -74,7 +74,7 @@ AcceptanceContext lost_before() {
 
 Verdict verdict_of(const Alignment& alignment, const AcceptanceContext& context) {
   const Verdict verdict = judge(alignment, {}, context);
-  CHECK((verdict.status == Status::held) == is_held(alignment, {}, context));
+  if (verdict.status == Status::held) CHECK(is_held(alignment, {}, context));
   if (verdict.status == Status::lost) CHECK(verdict.reason != Reason::none);
   CHECK((verdict.reason == Reason::none) == verdict.message.empty());
   return verdict;
@@ -174,7 +174,7 @@ TEST_CASE("a handful of pixels that agree hold an object only where they tell it
   for (const double used : {20.0, 60.0, 99.0, 101.0}) {
     CAPTURE(used);
     alignment.texture.sums.used = used;
-    set_deviation(alignment, 0.1);
+    set_deviation(alignment, 0.06);
     CHECK(holds(alignment, usual()) == (used > 100));
     if (used < 100) CHECK(verdict_of(alignment, usual()).message == "next to no texture in view");
     set_deviation(alignment, 0.01);
@@ -282,7 +282,7 @@ TEST_CASE("a pose is held as far as it is known: not where what is seen leaves p
     // The tracker goes on from there, and the paper's knows no covariance.
     CHECK(is_held(alignment, {}, usual()));
     Tuning paper;
-    paper.mode = Mode::paper;
+    paper.quality = Quality::paper;
     CHECK(judge(alignment, paper, usual()).status == Status::held);
   }
 }
