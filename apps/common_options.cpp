@@ -141,7 +141,8 @@ const char* lens_name(LensModel lens) { return lens == LensModel::fisheye ? "fis
 void InitPoseArguments::add_to(CLI::App& app, bool required, const char* without) {
   app.add_option(
          "--init", path,
-         std::string("First pose, object to camera, metres: 3x4 or 4x4 matrix or TUM ('holdfast init')") + without)
+         std::string("First pose, object to camera, metres: 3x4 or 4x4 matrix, TUM, rvec and tvec ('holdfast init')") +
+             without)
       ->required(required)
       ->type_name("FILE")
       ->group(kInputGroup);

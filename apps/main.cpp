@@ -128,8 +128,8 @@ int main(int argc, char** argv) {
   open_standard_streams();
   silence_libraries();
   CLI::App app(
-      "Holds on to a moving object: follows the position and orientation of one object of known shape and\n"
-      "texture through a video, while it turns and while things pass in front of it.",
+      "Holds on to a moving object: follows the position and orientation of one object of known shape, printed\n"
+      "or plain, through a video, while it turns and while things pass in front of it.",
       "holdfast");
   app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
   app.require_subcommand(1);

@@ -137,7 +137,7 @@ TEST_CASE("hidden, meanwhile turned and brought elsewhere: found again by itself
     const cv::Mat hidden = clutter(sequence.camera());
     for (const TrackerOptions& options_of_mode : {TrackerOptions(), TrackerOptions::fast()}) {
       CAPTURE(static_cast<int>(options_of_mode.quality));
-      // Fast mode may have three times the error (README).
+      // Fast mode sees large objects at half the resolution.
       const double allowed = options_of_mode.quality == Quality::fast ? 3 : 1;
       Tracker tracker(box(), sequence.camera(), options_of_mode);
       tracker.reset(sequence.pose(0));

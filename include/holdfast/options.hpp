@@ -10,7 +10,7 @@ namespace holdfast {
 /// Which tracker is run.
 enum class Quality {
   accurate,  ///< iterated, robust, coarse to fine, texture and contour together
-  fast,      ///< the same with half the resolution for large objects and fewer pixels: up to half the time
+  fast,      ///< the same with half the resolution for large objects and fewer pixels
   paper,     ///< one view and one solution a frame from texture alone: de Ruiter and Benhabib (2008)
 };
 
@@ -43,13 +43,13 @@ struct HOLDFAST_EXPORT TrackerOptions {
   double recovery_budget_ms = 25;  ///< nominal time of that search in one frame, on one core; it goes on in the next
   OcclusionOptions occlusion;
   /// Names of mechanisms to leave out, for experiments: texture, robust_weights, velocity, expected_motion,
-  /// shift_search, shading, reliability, edges.
+  /// shift_search, shading, reliability, colors (of the contour), edges, snapshot.
   std::vector<std::string> ablate;
 
   /// One view and one solution a frame, with the paper's tests and thresholds, steadied by gain and
   /// bias and the motion's prediction (docs/results/experiments.md).
   static TrackerOptions paper();
-  /// Accurate mode for a third of its time (docs/results/performance.md).
+  /// Accurate mode at half the resolution for large objects (docs/results/performance.md).
   static TrackerOptions fast();
 
   /// Throws Error(invalid_argument) naming the field that is out of range.

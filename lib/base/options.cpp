@@ -18,12 +18,16 @@ bool at_least(double value, double least) { return value >= least && std::isfini
 
 /// Mechanisms that can be left out.
 const std::map<std::string, bool Tuning::*>& mechanisms() {
-  static const std::map<std::string, bool Tuning::*> names{
-      {"texture", &Tuning::texture},           {"robust_weights", &Tuning::robust_weights},
-      {"velocity", &Tuning::predict_velocity}, {"expected_motion", &Tuning::expected_motion},
-      {"shift_search", &Tuning::shift_search}, {"shading", &Tuning::shading},
-      {"reliability", &Tuning::reliability},   {"colors", &Tuning::colors},
-      {"edges", &Tuning::edges},               {"snapshot", &Tuning::snapshot}};
+  static const std::map<std::string, bool Tuning::*> names{{"texture", &Tuning::texture},
+                                                           {"robust_weights", &Tuning::robust_weights},
+                                                           {"velocity", &Tuning::predict_velocity},
+                                                           {"expected_motion", &Tuning::expected_motion},
+                                                           {"shift_search", &Tuning::shift_search},
+                                                           {"shading", &Tuning::shading},
+                                                           {"reliability", &Tuning::reliability},
+                                                           {"colors", &Tuning::colors},
+                                                           {"edges", &Tuning::edges},
+                                                           {"snapshot", &Tuning::snapshot}};
   return names;
 }
 

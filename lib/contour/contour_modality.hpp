@@ -38,9 +38,9 @@ class ContourModality {
   /// Rows and their normal equations at this pose on a level.
   ContourTerms linearize(const Pose& T_camera_object, int level, const ContourSearch& search);
 
-  /// Adds the colours on both sides of the contour at this pose to `colors`, as seen on a level. False where the
-  /// contour is not in view.
-  bool learn(const Pose& T_camera_object, int level, ColorHistograms& colors);
+  /// Adds the colours on both sides of the contour at this pose to `colors`, as seen on this level and on the next
+  /// coarser one that is worth following. False where the contour is not in view.
+  bool learn(const Pose& T_camera_object, int finest, ColorHistograms& colors);
 
   /// The coarsest level on which the contour is worth following.
   int coarsest(const Pose& T_camera_object, int finest) const;
