@@ -35,7 +35,7 @@ class ContourConstraints {
  public:
   /// Pixels of the level that lines are looked at on either side.
   static constexpr int kReach = 11;
-  static constexpr std::size_t kMostLines = 224;
+  static constexpr std::size_t kMostLines = 224, kMostBins = kMostLines * (2 * kReach + 1);
 
   ContourConstraints(const Device::Impl& device, const std::vector<Level>& levels);
 

@@ -60,7 +60,8 @@ class ContourModality {
   DepthView& shape_;
   DeviceImage& image_;
   ContourConstraints constraints_;
-  int version_ = -1;  ///< of what is drawn, that the lines are of
+  std::vector<int> bins_;  ///< of the colours that are being learned
+  int version_ = -1;       ///< of what is drawn, that the lines are of
 };
 
 /// Searches from coarse levels to the last iterations on the finest: by colours alone, closer, by shares of colours.

@@ -88,7 +88,7 @@ Verdict open_turn(const Alignment& a) {
 /// What is seen tells where the object is, and how it is turned.
 bool tells_place(const Alignment& a) { return a.place_deviation() <= kKnownPlace; }
 bool tells_turn(const Alignment& a, const AcceptanceContext& context) {
-  if (!a.has_texture) return true;
+  if (!a.has_texture || a.texture.sums.gradient < kHandful) return true;
   const bool hidden = context.unobservable_usually || a.texture.unobservable.count > 0;
   return (hidden ? a.observable_turn_deviation() : a.turn_deviation()) <= kKnownTurn;
 }
