@@ -308,7 +308,9 @@ NormalEquations Aligner::outline_alone(const Alignment& alignment) const {
 
 NormalEquations Aligner::outline_equations(const Alignment& alignment, const TrackingState& state) const {
   NormalEquations outline = outline_alone(alignment);
-  if (state.textured && state.motion.lost()) outline *= kWhileLost;
+  if (!state.textured) return outline;
+  outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
+  if (state.motion.lost()) outline *= kWhileLost;
   return outline;
 }
 
