@@ -229,7 +229,8 @@ bool is_probable(const Alignment& a, const AcceptanceContext& context) {
   return is_probable_by_texture(a) || is_probable_by_outline(a, context);
 }
 
-bool is_held(const Alignment& a, const AcceptanceContext& context) {
+bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
+  static_cast<void>(tuning);
   if (context.print_missing) return false;
   return is_held_by_texture(a, context) || is_held_by_contour(a, context) || is_held_by_snapshot(a, context);
 }
@@ -246,7 +247,7 @@ bool is_promising(const Alignment& a, const AcceptanceContext& context) {
 }
 
 Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
-  if (is_held(a, context)) {
+  if (is_held(a, tuning, context)) {
     if (a.undecided) return {Status::lost, Reason::ambiguous, "seen, but its mirrored tilt fits as well"};
     if (!tuning.paper() && !tells_place(a)) {
       return {Status::lost, Reason::ambiguous,

@@ -17,6 +17,7 @@ struct AcceptanceContext {
   bool expected = false;     ///< so, or seen there by the frames before
   bool searched_everywhere = false;
   bool jumps = false;             ///< farther from where its motion leads than it usually strays
+  bool known_contour = false;     ///< colours of the contour are known
   double least_ratio = 0.1;       ///< of texture that must agree; fewer pass the paper's thresholds
   double usual_inlier_ratio = 0;  ///< of texture; 0: unknown
   UsualOutline usual_outline;
@@ -40,7 +41,7 @@ struct Verdict {
 Verdict judge(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
 
 /// As judge(), without words.
-bool is_held(const Alignment& alignment, const AcceptanceContext& context);
+bool is_held(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
 /// Whether texture alone holds it.
 bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& context);
 /// Whether the contour is there, where the object may be.

@@ -89,7 +89,7 @@ class Pipeline {
   bool goes_on(const Pose& T_from, const Pose& T_to, double most_turn) const;
   AcceptanceContext context(const Alignment& alignment, const TrackingState& state) const;
   bool held(const Alignment& alignment, const TrackingState& state) const {
-    return is_held(alignment, context(alignment, state));
+    return is_held(alignment, tuning_, context(alignment, state));
   }
   bool held(const Alignment& alignment) const { return held(alignment, state_); }
   bool as_usual(const Alignment& alignment) const { return alignment.score > kUsualShare; }

@@ -172,6 +172,7 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   result.searched_everywhere = tuning_.recovery && motion.lost() && !tuning_.paper();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(motion.usual_innovation_squared()));
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
+  result.known_contour = state.colors.known();
   result.usual_inlier_ratio = state.usual.inlier_ratio;
   result.usual_outline = state.usual.outline();
   // A side in view may be blank; before a frame was held nothing has told that texture says nothing.
