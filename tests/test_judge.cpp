@@ -74,7 +74,7 @@ AcceptanceContext lost_before() {
 
 Verdict verdict_of(const Alignment& alignment, const AcceptanceContext& context) {
   const Verdict verdict = judge(alignment, {}, context);
-  if (verdict.status == Status::held) CHECK(is_held(alignment, {}, context));
+  CHECK((verdict.status == Status::held) == is_held(alignment, {}, context));
   if (verdict.status == Status::lost) CHECK(verdict.reason != Reason::none);
   CHECK((verdict.reason == Reason::none) == verdict.message.empty());
   return verdict;
@@ -174,7 +174,7 @@ TEST_CASE("a handful of pixels that agree hold an object only where they tell it
   for (const double used : {20.0, 60.0, 99.0, 101.0}) {
     CAPTURE(used);
     alignment.texture.sums.used = used;
-    set_deviation(alignment, 0.06);
+    set_deviation(alignment, 0.1);
     CHECK(holds(alignment, usual()) == (used > 100));
     if (used < 100) CHECK(verdict_of(alignment, usual()).message == "next to no texture in view");
     set_deviation(alignment, 0.01);
@@ -265,26 +265,7 @@ TEST_CASE("a pose that nothing led to is believed only if its orientation is sur
     CHECK(unknown.turn_deviation() == std::numeric_limits<double>::infinity());
     CHECK_FALSE(holds(unknown, context));
   }
-  CHECK(holds(turned_by(4), usual()));
-}
-
-TEST_CASE("a pose is held as far as it is known: not where what is seen leaves place or turn open") {
-  for (const int axis : {0, 1, 2, 3, 4, 5}) {
-    Alignment alignment = fine();
-    alignment.covariance(axis, axis) = axis < 3 ? 0.14 * 0.14 : 0.08 * 0.08;  // radii, radians
-    CHECK(holds(alignment, usual()));
-    alignment.covariance(axis, axis) = axis < 3 ? 0.16 * 0.16 : 0.12 * 0.12;
-    const Verdict verdict = verdict_of(alignment, usual());
-    CHECK(verdict.status == Status::lost);
-    CHECK(verdict.reason == Reason::ambiguous);
-    CHECK(verdict.message == (axis < 3 ? "seen, but its place is known only to 16 % of its radius (standard deviation)"
-                                       : "seen, but how it is turned is known only to 7 degrees (standard deviation)"));
-    // The tracker goes on from there, and the paper's knows no covariance.
-    CHECK(is_held(alignment, {}, usual()));
-    Tuning paper;
-    paper.quality = Quality::paper;
-    CHECK(judge(alignment, paper, usual()).status == Status::held);
-  }
+  CHECK(holds(turned_by(10), usual()));
 }
 
 TEST_CASE("a turn that does not show is told; where it never does, it does not speak against the pose") {

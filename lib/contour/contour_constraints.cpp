@@ -123,8 +123,8 @@ ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, cons
   return sums;
 }
 
-void ContourConstraints::append_colors(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
-                                       std::vector<int>& bins) {
+void ContourConstraints::learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
+                               ColorHistograms& colors) {
   if (points_.empty()) return;
   image.enqueue_pixels(level_);
   colors_.setArg(0, image.pixels(level_));
@@ -135,7 +135,7 @@ void ContourConstraints::append_colors(DeviceImage& image, const Pose& D, const 
   enqueue(colors_);
   const std::size_t count = points_.size() * kLine;
   device_.queue.enqueueReadBuffer(bins_buffer_, CL_TRUE, 0, count * sizeof(int), bins_.data());
-  bins.insert(bins.end(), bins_.begin(), bins_.begin() + static_cast<std::ptrdiff_t>(count));
+  colors.learn({bins_.data(), count}, kReach);
 }
 
 }  // namespace holdfast

@@ -35,7 +35,7 @@ class ContourConstraints {
  public:
   /// Pixels of the level that lines are looked at on either side.
   static constexpr int kReach = 11;
-  static constexpr std::size_t kMostLines = 224, kMostBins = kMostLines * (2 * kReach + 1);
+  static constexpr std::size_t kMostLines = 224;
 
   ContourConstraints(const Device::Impl& device, const std::vector<Level>& levels);
 
@@ -60,9 +60,8 @@ class ContourConstraints {
     }
   }
 
-  /// Adds the bins of the colours along all lines, from the inside out, when the contour has moved by D. Waits for the
-  /// device.
-  void append_colors(DeviceImage& image, const Pose& D, const Conditioning& conditioning, std::vector<int>& bins);
+  /// Adds the colours on both sides of the contour when it has moved by D. Waits for the device.
+  void learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning, ColorHistograms& colors);
 
  private:
   kernel::hf_contour options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,

@@ -43,9 +43,7 @@ NormalEquations contour_equations(const ContourSums& sums, const Pose& T_drawn) 
 
 ContourModality::ContourModality(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
                                  ViewTemplate& view, DepthView& shape, DeviceImage& image)
-    : levels_(levels), extent_(extent), view_(view), shape_(shape), image_(image), constraints_(device, levels) {
-  bins_.reserve(2 * ContourConstraints::kMostBins);
-}
+    : levels_(levels), extent_(extent), view_(view), shape_(shape), image_(image), constraints_(device, levels) {}
 
 bool ContourModality::draw(const Pose& T_camera_object, int level, double within_pixels) {
   if (!shape_.draw(T_camera_object, level, within_pixels)) return false;
@@ -71,16 +69,9 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
   return terms;
 }
 
-bool ContourModality::learn(const Pose& T_camera_object, int finest, ColorHistograms& colors) {
-  bins_.clear();
-  // A rim a few pixels wide shows on the finest level only, what fine grain looks like on coarser ones on those.
-  for (int level = finest; level <= std::min(finest + 1, coarsest(T_camera_object, finest)); ++level) {
-    if (!draw(T_camera_object, level, kRedraw) || constraints_.count() < kLeastLines) return false;
-    const Pose& T_drawn = shape_.T_drawn();
-    const Pose D = renormalized(T_camera_object * T_drawn.inverse());
-    constraints_.append_colors(image_, D, {T_drawn * extent_.p_object_center, extent_.radius}, bins_);
-  }
-  colors.learn(bins_, ContourConstraints::kReach);
+bool ContourModality::learn(const Pose& T_camera_object, int level, ColorHistograms& colors) {
+  if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
+  constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
   return true;
 }
 

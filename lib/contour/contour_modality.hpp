@@ -38,9 +38,9 @@ class ContourModality {
   /// Rows and their normal equations at this pose on a level.
   ContourTerms linearize(const Pose& T_camera_object, int level, const ContourSearch& search);
 
-  /// Adds the colours on both sides of the contour at this pose to `colors`, as seen on this level and on the next
-  /// coarser one that is worth following. False where the contour is not in view.
-  bool learn(const Pose& T_camera_object, int finest, ColorHistograms& colors);
+  /// Adds the colours on both sides of the contour at this pose to `colors`, as seen on a level. False where the
+  /// contour is not in view.
+  bool learn(const Pose& T_camera_object, int level, ColorHistograms& colors);
 
   /// The coarsest level on which the contour is worth following.
   int coarsest(const Pose& T_camera_object, int finest) const;
@@ -60,8 +60,7 @@ class ContourModality {
   DepthView& shape_;
   DeviceImage& image_;
   ContourConstraints constraints_;
-  std::vector<int> bins_;  ///< of the colours that are being learned
-  int version_ = -1;       ///< of what is drawn, that the lines are of
+  int version_ = -1;  ///< of what is drawn, that the lines are of
 };
 
 /// Searches from coarse levels to the last iterations on the finest: by colours alone, closer, by shares of colours.

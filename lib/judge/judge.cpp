@@ -8,9 +8,9 @@ namespace {
 
 /// Standard deviation of the orientation, radians, up to which a pose is believed: twice this is less than 5 degrees.
 constexpr double kSureTurn = 0.04;
-/// Standard deviation of the orientation, radians, up to which a pose is one where a texture tells turns: 5 degrees.
+/// The same where a pose is held by the outline of an object that its texture says little of: 5 degrees.
 constexpr double kKnownTurn = 0.087;
-/// Standard deviation of the place, object radii, up to which a pose is one.
+/// Standard deviation of the place, object radii, up to which an outline alone holds it.
 constexpr double kKnownPlace = 0.15;
 /// Share of the texture's information that must be believed.
 constexpr double kLeastReliability = 0.2;
@@ -85,14 +85,6 @@ Verdict open_turn(const Alignment& a) {
           "a turn does not show: known to " + turn(a) + " degrees (standard deviation)"};
 }
 
-/// What is seen tells where the object is, and how it is turned.
-bool tells_place(const Alignment& a) { return a.place_deviation() <= kKnownPlace; }
-bool tells_turn(const Alignment& a, const AcceptanceContext& context) {
-  if (!a.has_texture || a.texture.sums.gradient < kHandful) return true;
-  const bool hidden = context.unobservable_usually || a.texture.unobservable.count > 0;
-  return (hidden ? a.observable_turn_deviation() : a.turn_deviation()) <= kKnownTurn;
-}
-
 Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   if (a.has_contour && !is_held_by_texture(a, context)) {
     const double hidden = 1 - near_share(a);
@@ -155,7 +147,7 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   const UsualOutline& usual = context.usual_outline;
   if (outline_score(a, usual) < share) return false;
   // What is left of a long thing at the picture's border tells next to nothing of where it is along itself.
-  if (!a.has_texture && !tells_place(a)) return false;
+  if (!a.has_texture && a.place_deviation() > kKnownPlace) return false;
   // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
   if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn) return false;
   if (context.texture_trust <= kTextureLeads) return true;
@@ -249,15 +241,6 @@ bool is_promising(const Alignment& a, const AcceptanceContext& context) {
 Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
   if (is_held(a, tuning, context)) {
     if (a.undecided) return {Status::lost, Reason::ambiguous, "seen, but its mirrored tilt fits as well"};
-    if (!tuning.paper() && !tells_place(a)) {
-      return {Status::lost, Reason::ambiguous,
-              "seen, but its place is known only to " + percent(a.place_deviation()) +
-                  " of its radius (standard deviation)"};
-    }
-    if (!tuning.paper() && !tells_turn(a, context)) {
-      return {Status::lost, Reason::ambiguous,
-              "seen, but how it is turned is known only to " + turn(a) + " degrees (standard deviation)"};
-    }
     return held(a, tuning, context);
   }
   if (context.print_missing) {
