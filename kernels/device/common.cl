@@ -141,9 +141,6 @@ INLINE void store_interleaved(float r, float g, float b, float coverage, int col
 /* Brightness of encoded red, green and blue, as BT.601 weighs them. */
 #define LUMA(r, g, b) (0.299f * (r) + 0.587f * (g) + 0.114f * (b))
 
-/* select() by a comparison's result: vectors give -1, scalars 1. */
-#define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
-
 int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.stride + x; }
 
 /* First row of a tile on the grid of rows that are looked at, which starts at the image's first row. */
