@@ -45,7 +45,6 @@ struct SightLearner::Impl {
         known(known_features),
         seen(seen_before),
         renderer(mesh, seen_by.width, seen_by.height),
-        rgba(seen_by.height, seen_by.width, CV_8UC4),
         window(seen_by.height, seen_by.width, CV_32F) {
     camera.validate();
     remake_matcher();
@@ -75,7 +74,7 @@ struct SightLearner::Impl {
   /// The features on the object, and their places.
   bool learn(const ImageView& frame, const Pose& T_camera_object) {
     const DepthRange range = renderer.render(T_camera_object, camera, {0, 0, camera.width, camera.height},
-                                             {rgba.data, window.ptr<float>(), camera.width});
+                                             {nullptr, window.ptr<float>(), camera.width});
     cv::Mat inside;
     cv::distanceTransform(window < 1, inside, cv::DIST_L2, 3);
     const PictureFeatures found = features_of(grey_of(frame), kMostOfFrame);
@@ -109,7 +108,7 @@ struct SightLearner::Impl {
   Camera camera;
   ModelFeatures known, seen;
   Renderer renderer;
-  cv::Mat rgba, window;
+  cv::Mat window;
   std::optional<Matcher> matcher;  ///< of all features; none while they are too few
   std::vector<Eigen::Matrix3d> looked_from;
 };
