@@ -182,7 +182,7 @@ INLINE void blur_block(__global const float* in, __global const uchar* frame, hf
   }
 }
 
-/* The item's block of `rect`. In `covered` all coverage is 1. The common reaches are constants, known inside the loops.
+/* The item's block of `rect`. In `covered` all coverage is 1. The usual reach is a constant, known inside the loops.
  */
 INLINE void blur_rect(__global const float* in, __global const uchar* frame, hf_frame f, const int format,
                       hf_layout layout, hf_rect rect, __constant float* taps, int radius, __global float* out,
@@ -192,8 +192,6 @@ INLINE void blur_rect(__global const float* in, __global const uchar* frame, hf_
     blur_block(in, frame, f, format, layout, block, taps, 3, 3, out);
   } else if (radius == 3) {
     blur_block(in, frame, f, format, layout, block, taps, 3, 4, out);
-  } else if (radius == 2) {
-    blur_block(in, frame, f, format, layout, block, taps, 2, 4, out);
   } else {
     blur_block(in, frame, f, format, layout, block, taps, radius, 4, out);
   }

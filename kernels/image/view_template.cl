@@ -247,7 +247,7 @@ INLINE void planes_of_block(__global const float* in, __global const uint* packe
   }
 }
 
-/* The item's block, as far as it is visible. The common reaches are constants, known inside the loops. */
+/* The item's block, as far as it is visible. The usual reach is a constant, known inside the loops. */
 INLINE void planes_of_rect(__global const float* in, __global const uint* packed, hf_view view,
                            __global const float* depth, hf_layout layout, hf_rect rect, __constant float* taps,
                            int radius, hf_template k, __global float* value, __global float* dx, __global float* dy,
@@ -256,8 +256,6 @@ INLINE void planes_of_rect(__global const float* in, __global const uint* packed
   if (block.width == 0) return;
   if (radius == 3) {
     planes_of_block(in, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
-  } else if (radius == 2) {
-    planes_of_block(in, packed, view, rect, depth, layout, block, taps, 2, k, value, dx, dy, usable);
   } else {
     planes_of_block(in, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
   }
