@@ -96,9 +96,7 @@ struct SightLearner::Impl {
     for (const std::size_t i : order) {
       const cv::Point2f& pixel = pixels[i];
       const double z = range.metric(static_cast<double>(window.at<float>(cvRound(pixel.y), cvRound(pixel.x))));
-      const Eigen::Vector3d p_camera((pixel.x - camera.cx) / camera.fx * z, (pixel.y - camera.cy) / camera.fy * z, z);
-      added.p_object.push_back((T_object_camera * p_camera).cast<float>());
-      added.descriptors.push_back(found.descriptors.row(static_cast<int>(i)));
+      added.add(found.descriptors.row(static_cast<int>(i)), pixel, z, camera, T_object_camera);
     }
     seen = seen.with(ModelFeatures(std::make_shared<const ModelFeatures::Data>(std::move(added))));
     remake_matcher();
