@@ -37,7 +37,7 @@ struct Device::Impl {
   void enqueue_tiles(const cl::Kernel& kernel, int tiles_x, int tiles_y) const;
 };
 
-/// Sets all arguments of a kernel, in its order.
+/// Sets all arguments of a kernel, in its order. Buffers must live until it is enqueued: arguments do not retain them.
 template <typename... Arguments>
 void set_arguments(cl::Kernel& kernel, const Arguments&... arguments) {
   cl_uint index = 0;
