@@ -22,10 +22,10 @@ TEST_CASE("keyframes are spread: near ones replace each other, and the most crow
   keyframes.remember(pose);
   pose.rotate(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX()));
   keyframes.remember(pose);
-  CHECK(keyframes.count() == 1);
+  CHECK(keyframes.remembered().size() == 1);
   pose.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()));
   keyframes.remember(pose);
-  CHECK(keyframes.count() == 2);
+  CHECK(keyframes.remembered().size() == 2);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 500; ++i) {
@@ -33,9 +33,9 @@ TEST_CASE("keyframes are spread: near ones replace each other, and the most crow
     pose.linear() = turned.normalized().toRotationMatrix();
     keyframes.remember(pose);
   }
-  CHECK(keyframes.count() == 24);
+  CHECK(keyframes.remembered().size() == 24);
   keyframes.clear();
-  CHECK(keyframes.count() == 0);
+  CHECK(keyframes.remembered().size() == 0);
 }
 
 TEST_CASE("a plan begins with the appearance last seen, centred, and covers all turns of 40 degrees within 14") {

@@ -48,6 +48,19 @@ typedef float16 pixel_vector;
 #define PIXELS_AT_ONCE 4
 #define LOAD_PIXELS(p) LOAD(p)
 #define STORE_PIXELS(v, p) STORE(v, p)
+/* One number of each of these. */
+typedef float4 pixel_lane;
+#define CHANNEL_0(v) (v).s048c
+#define CHANNEL_1(v) (v).s159d
+#define CHANNEL_2(v) (v).s26ae
+#define CHANNEL_3(v) (v).s37bf
+#define LOAD_LANE(p) (((__global const packed_float4*)(p))->v)
+#define STORE_LANE(x, p) (((__global packed_float4*)(p))->v = (x))
+#define LOAD_PIXEL_BYTES(p) LOAD_BYTES(p)
+#define CONVERT_PIXELS(v) convert_float16(v)
+#define INTERLEAVED(a, b, c, d)                                                                                      \
+  ((float16)((a).s0, (b).s0, (c).s0, (d).s0, (a).s1, (b).s1, (c).s1, (d).s1, (a).s2, (b).s2, (c).s2, (d).s2, (a).s3, \
+             (b).s3, (c).s3, (d).s3))
 #else
 #define LANES 1
 typedef float lane_float;
@@ -73,26 +86,7 @@ typedef float4 pixel_vector;
 #define PIXELS_AT_ONCE 1
 #define LOAD_PIXELS(p) vload4(0, (p))
 #define STORE_PIXELS(v, p) vstore4((v), 0, (p))
-#endif
-
-/* One number of each of the pixels that are taken at once. */
-#if HF_STRIPS
-typedef float4 pixel_lane;
-typedef int4 pixel_mask;
-#define CHANNEL_0(v) (v).s048c
-#define CHANNEL_1(v) (v).s159d
-#define CHANNEL_2(v) (v).s26ae
-#define CHANNEL_3(v) (v).s37bf
-#define LOAD_LANE(p) (((__global const packed_float4*)(p))->v)
-#define STORE_LANE(x, p) (((__global packed_float4*)(p))->v = (x))
-#define LOAD_PIXEL_BYTES(p) LOAD_BYTES(p)
-#define CONVERT_PIXELS(v) convert_float16(v)
-#define INTERLEAVED(a, b, c, d)                                                                                      \
-  ((float16)((a).s0, (b).s0, (c).s0, (d).s0, (a).s1, (b).s1, (c).s1, (d).s1, (a).s2, (b).s2, (c).s2, (d).s2, (a).s3, \
-             (b).s3, (c).s3, (d).s3))
-#else
 typedef float pixel_lane;
-typedef int pixel_mask;
 #define CHANNEL_0(v) (v).x
 #define CHANNEL_1(v) (v).y
 #define CHANNEL_2(v) (v).z
@@ -115,15 +109,13 @@ typedef int pixel_mask;
   }
 #define TRANSPOSE_PRIVATE(in, out) \
   TRANSPOSE(LOAD_PRIVATE(in), LOAD_PRIVATE((in) + 16), LOAD_PRIVATE((in) + 32), LOAD_PRIVATE((in) + 48), out)
-#endif
 
-/* Planes -> interleaved pixels: as many of the lanes as `columns`, in whole fours. */
-#if HF_STRIPS
 /* Two vectors' elements in turn, from their lower or their upper halves. */
 #define IN_TURN(a, b)                                                                                                \
   ((float16)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3, (a).s4, (b).s4, (a).s5, (b).s5, (a).s6, \
              (b).s6, (a).s7, (b).s7))
 #define PAIRS_IN_TURN(a, b) as_float16((ulong8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
+/* Planes -> interleaved pixels: as many of the lanes as `columns`, in whole fours. */
 INLINE void store_interleaved(float16 r, float16 g, float16 b, float16 coverage, int columns, __global float* out) {
   const ulong8 rg_low = as_ulong8(IN_TURN(r.lo, g.lo)), rg_high = as_ulong8(IN_TURN(r.hi, g.hi));
   const ulong8 bc_low = as_ulong8(IN_TURN(b.lo, coverage.lo)), bc_high = as_ulong8(IN_TURN(b.hi, coverage.hi));
@@ -140,9 +132,6 @@ INLINE void store_interleaved(float r, float g, float b, float coverage, int col
 
 /* Brightness of encoded red, green and blue, as BT.601 weighs them. */
 #define LUMA(r, g, b) (0.299f * (r) + 0.587f * (g) + 0.114f * (b))
-
-/* select() by a comparison's result: vectors give -1, scalars 1. */
-#define CHOOSE(if_false, if_true, mask) select((if_false), (if_true), (mask))
 
 int element(hf_layout layout, int x, int y) { return layout.origin + y * layout.stride + x; }
 

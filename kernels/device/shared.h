@@ -88,119 +88,112 @@
 #define HF_EDGE_NOISE2 4e-5f /* squared step of colour, all channels, that noise makes */
 #define HF_EDGE_UNLIKE 0.1f  /* weight that a step unlike the usual one keeps */
 
-#ifdef __OPENCL_VERSION__
-#define HF_INT int
-#define HF_FLOAT float
-#else
+#ifndef __OPENCL_VERSION__
 namespace holdfast::kernel {
-#define HF_INT int
-#define HF_FLOAT float
 #endif
 
 typedef struct {
-  HF_INT x, y, width, height;
+  int x, y, width, height;
 } hf_rect;
 
 /* A level image: pixel (x, y) is element origin + y * stride + x. */
 typedef struct {
-  HF_INT stride, origin;
+  int stride, origin;
 } hf_layout;
 
 typedef struct {
-  HF_INT width, height;  /* of the frame */
-  HF_INT offset, stride; /* bytes */
-  HF_INT distorted;      /* 1: undistort; 2: a fisheye's picture, whose k1 to k4 are k1, k2, p1, p2 */
-  HF_FLOAT fx, fy, cx, cy;
-  HF_FLOAT k1, k2, p1, p2, k3, k4, k5, k6;
+  int width, height;  /* of the frame */
+  int offset, stride; /* bytes */
+  int distorted;      /* 1: undistort; 2: a fisheye's picture, whose k1 to k4 are k1, k2, p1, p2 */
+  float fx, fy, cx, cy;
+  float k1, k2, p1, p2, k3, k4, k5, k6;
 } hf_frame;
 
 /* Rendered pixels packed in a region buffer. */
 typedef struct {
-  HF_INT stride; /* pixels */
-  HF_INT grey;   /* 1: the frame has one channel, so must the view */
-  HF_FLOAT near_plane, far_plane;
+  int stride; /* pixels */
+  int grey;   /* 1: the frame has one channel, so must the view */
+  float near_plane, far_plane;
 } hf_view;
 
 /* What of the rendered view may be compared with the frame, and its planes. */
 typedef struct {
-  HF_INT width, height;    /* of the frame */
-  HF_INT plane;            /* floats from a plane to the next */
-  HF_FLOAT least_coverage; /* share of the blur's reach that must be known surface */
-  HF_FLOAT jump;           /* relative step of depth that is an edge */
-  HF_INT reach;            /* pixels from an edge that are dropped */
-  HF_FLOAT bend;           /* relative bend of 1/Z from a pixel to the next at an edge between faces; 0: kept */
+  int width, height;    /* of the frame */
+  int plane;            /* floats from a plane to the next */
+  float least_coverage; /* share of the blur's reach that must be known surface */
+  float jump;           /* relative step of depth that is an edge */
+  int reach;            /* pixels from an edge that are dropped */
+  float bend;           /* relative bend of 1/Z from a pixel to the next at an edge between faces; 0: kept */
 } hf_template;
 
 /* Where a rendered pixel is sampled in the frame: x' = project(D backproject(x, Z)), equation 5 of docs/math.md. */
 typedef struct {
-  HF_FLOAT d[12];                      /* D, rows of 3x4 */
-  HF_FLOAT fx, fy, cx, cy;             /* camera of this level */
-  HF_FLOAT turn[4];                    /* 2x2, rows: turns frame gradients into the rendered view's axes */
-  HF_FLOAT min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
-  HF_INT every;                        /* every how manieth row of pixels is looked at; 1: all */
-  HF_INT still;                        /* 1: D is the identity, so every pixel is sampled where it is */
+  float d[12];                      /* D, rows of 3x4 */
+  float fx, fy, cx, cy;             /* camera of this level */
+  float turn[4];                    /* 2x2, rows: turns frame gradients into the rendered view's axes */
+  float min_x, min_y, max_x, max_y; /* where the frame may be sampled, level pixels */
+  int every;                        /* every how manieth row of pixels is looked at; 1: all */
+  int still;                        /* 1: D is the identity, so every pixel is sampled where it is */
 } hf_warp;
 
 /* What the object does while the shutter is open: a point P moves by v + w x P, half of it before the frame's pose. */
 typedef struct {
-  HF_FLOAT v[3], w[3];
-  HF_FLOAT fx, fy, cx, cy; /* camera of this level */
-  HF_INT taps;             /* moments that are averaged */
-  HF_INT across;           /* 1: as far at right angles to the motion, for comparison */
-  HF_INT light;            /* 1: averaged as light, nearly the square of what is encoded; 0: as encoded */
+  float v[3], w[3];
+  float fx, fy, cx, cy; /* camera of this level */
+  int taps;             /* moments that are averaged */
+  int across;           /* 1: as far at right angles to the motion, for comparison */
+  int light;            /* 1: averaged as light, nearly the square of what is encoded; 0: as encoded */
 } hf_exposure;
 
 typedef struct {
-  HF_INT gradient_test, angle_test, magnitude_test, angle_together;
-  HF_FLOAT gradient_minimum2; /* squared */
-  HF_FLOAT angle_cosine2;     /* squared cosine of the largest angle */
-  HF_FLOAT difference_maximum;
-  HF_FLOAT difference_relative; /* added: this share of the larger magnitude */
+  int gradient_test, angle_test, magnitude_test, angle_together;
+  float gradient_minimum2; /* squared */
+  float angle_cosine2;     /* squared cosine of the largest angle */
+  float difference_maximum;
+  float difference_relative; /* added: this share of the larger magnitude */
 } hf_tests;
 
 typedef struct {
-  HF_FLOAT center[3]; /* reference point of rotation, camera frame */
-  HF_FLOAT radius;    /* scale of translation, metres */
-  HF_FLOAT fx, fy, cx, cy;
-  HF_INT every; /* rows, as in hf_warp */
-  HF_INT block_vote;
-  HF_INT vote_radius; /* at most HF_VOTE_RADIUS */
-  HF_FLOAT vote_share;
-  HF_INT robust;
-  HF_FLOAT inverse_scale2; /* 1 / sigma^2 of the residual */
-  HF_FLOAT freedom;        /* degrees of freedom of Student's t */
-  HF_INT redundancy;
-  HF_FLOAT redundancy_cosine2;
-  HF_FLOAT gradient_minimum2; /* a channel of less has no row of its own beside redundant ones */
-  HF_FLOAT saturated;         /* a channel of the frame at least so bright may be clipped, and weighs nothing */
-  HF_INT elimination;         /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
+  float center[3]; /* reference point of rotation, camera frame */
+  float radius;    /* scale of translation, metres */
+  float fx, fy, cx, cy;
+  int every; /* rows, as in hf_warp */
+  int block_vote;
+  int vote_radius; /* at most HF_VOTE_RADIUS */
+  float vote_share;
+  int robust;
+  float inverse_scale2; /* 1 / sigma^2 of the residual */
+  float freedom;        /* degrees of freedom of Student's t */
+  int redundancy;
+  float redundancy_cosine2;
+  float gradient_minimum2; /* a channel of less has no row of its own beside redundant ones */
+  float saturated;         /* a channel of the frame at least so bright may be clipped, and weighs nothing */
+  int elimination;         /* 1: cells sum what eliminating their pairs needs, not only moments and depth */
 } hf_constraints;
 
 typedef struct {
-  HF_FLOAT d[12];          /* D, rows of 3x4: where the contour's points have moved since the view was drawn */
-  HF_FLOAT fx, fy, cx, cy; /* camera of this level */
-  HF_FLOAT center[3];      /* reference point of rotation, camera frame */
-  HF_FLOAT radius;         /* scale of translation, metres */
-  hf_rect region;          /* pixels of the level that hold the frame */
-  HF_INT count;            /* lines */
-  HF_INT reach;            /* pixels looked at on either side */
-  HF_FLOAT step;           /* pixels between the sixteen places of the edge that are told apart */
-  HF_FLOAT softness2;      /* squared: half the pixels that the edge is blurred over */
-  HF_FLOAT trust;          /* in colours, below 0.5: what no edge explains must stay possible */
-  HF_FLOAT variance;       /* square pixels, of every line's edge beside what its colours leave open */
-  HF_INT by_shares;        /* 1: the edge is where the shares of both sides' colours put it */
-  HF_INT beside, around;   /* pixels at the edge that show shares, and up to which the sides' colours are taken */
-  HF_FLOAT far2;           /* square of the distance at which a line weighs half; 0: all weigh fully */
+  float d[12];          /* D, rows of 3x4: where the contour's points have moved since the view was drawn */
+  float fx, fy, cx, cy; /* camera of this level */
+  float center[3];      /* reference point of rotation, camera frame */
+  float radius;         /* scale of translation, metres */
+  hf_rect region;       /* pixels of the level that hold the frame */
+  int count;            /* lines */
+  int reach;            /* pixels looked at on either side */
+  float step;           /* pixels between the sixteen places of the edge that are told apart */
+  float softness2;      /* squared: half the pixels that the edge is blurred over */
+  float trust;          /* in colours, below 0.5: what no edge explains must stay possible */
+  float variance;       /* square pixels, of every line's edge beside what its colours leave open */
+  int by_shares;        /* 1: the edge is where the shares of both sides' colours put it */
+  int beside, around;   /* pixels at the edge that show shares, and up to which the sides' colours are taken */
+  float far2;           /* square of the distance at which a line weighs half; 0: all weigh fully */
 } hf_contour;
 
 typedef struct {
   hf_rect region; /* pixels of the level that hold the frame */
-  HF_INT count;   /* lines */
+  int count;      /* lines */
 } hf_edges;
 
 #ifndef __OPENCL_VERSION__
 }  // namespace holdfast::kernel
 #endif
-#undef HF_INT
-#undef HF_FLOAT
 #endif

@@ -64,7 +64,7 @@ INLINE void take_bytes_apart(uint16 pixels, const int channels, float16* line) {
   line[LINE_VECTORS] = byte * convert_float16(as_int16((pixels >> 8) & 255));
   line[2 * LINE_VECTORS] = byte * convert_float16(as_int16((pixels >> 16) & 255));
   if (channels == 4) {
-    line[3 * LINE_VECTORS] = CHOOSE((float16)(0.0f), (float16)(1.0f), (pixels >> 24) != 0);
+    line[3 * LINE_VECTORS] = select((float16)(0.0f), (float16)(1.0f), (pixels >> 24) != 0);
   }
 }
 
@@ -103,7 +103,7 @@ INLINE float full_coverage(__constant float* taps, const int radius) {
 
 INLINE float16 inverse_of_coverage(float16 coverage) {
   const int16 covered = coverage > 1e-4f;
-  return CHOOSE((float16)(0.0f), 1.0f / CHOOSE((float16)(1.0f), coverage, covered), covered);
+  return select((float16)(0.0f), 1.0f / select((float16)(1.0f), coverage, covered), covered);
 }
 
 /* Row y of a block, from the ring: blurred and normalised interleaved pixels. With three channels all of it is
@@ -182,42 +182,35 @@ INLINE void blur_block(__global const float* in, __global const uchar* frame, hf
   }
 }
 
-/* Interleaved pixels, premultiplied by coverage -> blurred, divided by coverage. In `covered` all coverage is 1. */
+/* The item's block of `rect`. In `covered` all coverage is 1. The usual reach is a constant, known inside the loops.
+ */
+INLINE void blur_rect(__global const float* in, __global const uchar* frame, hf_frame f, const int format,
+                      hf_layout layout, hf_rect rect, __constant float* taps, int radius, __global float* out,
+                      hf_rect covered) {
+  const hf_rect block = block_of(rect);
+  if (radius == 3 && all_covered(block, 3, covered)) {
+    blur_block(in, frame, f, format, layout, block, taps, 3, 3, out);
+  } else if (radius == 3) {
+    blur_block(in, frame, f, format, layout, block, taps, 3, 4, out);
+  } else {
+    blur_block(in, frame, f, format, layout, block, taps, radius, 4, out);
+  }
+}
+
+/* Interleaved pixels, premultiplied by coverage -> blurred, divided by coverage. */
 __kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
                    __global float* out, hf_rect covered) {
-  const hf_rect block = block_of(rect);
   hf_frame none;
   none.width = none.height = 0;
-  /* The common reaches as constants, known inside the loops. */
-  if (radius == 3 && all_covered(block, 3, covered)) {
-    blur_block(in, 0, none, HF_BGR8, layout, block, taps, 3, 3, out);
-  } else if (radius == 3) {
-    blur_block(in, 0, none, HF_BGR8, layout, block, taps, 3, 4, out);
-  } else if (radius == 2) {
-    blur_block(in, 0, none, HF_BGR8, layout, block, taps, 2, 4, out);
-  } else {
-    blur_block(in, 0, none, HF_BGR8, layout, block, taps, radius, 4, out);
-  }
+  blur_rect(in, 0, none, HF_BGR8, layout, rect, taps, radius, out, covered);
 }
 
 /* Frames as cameras deliver them (no distortion) -> what converting and blurring makes of them. */
 #define BLUR_FRAME_KERNEL(NAME, FORMAT)                                                                               \
   __kernel void NAME(__global const uchar* frame, hf_frame f, hf_layout layout, hf_rect rect, __constant float* taps, \
                      int radius, __global float* out) {                                                               \
-    const hf_rect block = block_of(rect);                                                                             \
-    hf_rect covered;                                                                                                  \
-    covered.x = covered.y = 0;                                                                                        \
-    covered.width = f.width;                                                                                          \
-    covered.height = f.height;                                                                                        \
-    if (radius == 3 && all_covered(block, 3, covered)) {                                                              \
-      blur_block(0, frame, f, FORMAT, layout, block, taps, 3, 3, out);                                                \
-    } else if (radius == 3) {                                                                                         \
-      blur_block(0, frame, f, FORMAT, layout, block, taps, 3, 4, out);                                                \
-    } else if (radius == 2) {                                                                                         \
-      blur_block(0, frame, f, FORMAT, layout, block, taps, 2, 4, out);                                                \
-    } else {                                                                                                          \
-      blur_block(0, frame, f, FORMAT, layout, block, taps, radius, 4, out);                                           \
-    }                                                                                                                 \
+    const hf_rect covered = {0, 0, f.width, f.height};                                                                \
+    blur_rect(0, frame, f, FORMAT, layout, rect, taps, radius, out, covered);                                         \
   }
 
 BLUR_FRAME_KERNEL(blur_bgr8, HF_BGR8)

@@ -3,7 +3,7 @@
 /* Window depth -> metric depth, 0 where nothing is drawn. */
 INLINE pixel_lane metric_depth(pixel_lane d, hf_view view) {
   const pixel_lane z = view.near_plane * view.far_plane / (view.far_plane - d * (view.far_plane - view.near_plane));
-  return CHOOSE((pixel_lane)(0.0f), z, d < 1.0f);
+  return select((pixel_lane)(0.0f), z, d < 1.0f);
 }
 
 __kernel void unpack_depth(__global const float* window_depth, hf_view view, hf_rect rect, hf_layout layout,
@@ -25,7 +25,7 @@ __kernel void unpack_view(__global const uchar* rgba, __global const float* wind
     const pixel_lane d = LOAD_LANE(window_depth + source);
     STORE_LANE(metric_depth(d, view), depth + e);
     const pixel_vector bytes = CONVERT_PIXELS(LOAD_PIXEL_BYTES(rgba + 4 * (HF_RENDER_GUARD + source)));
-    const pixel_lane known = CHOOSE((pixel_lane)(0.0f), (pixel_lane)(1.0f), (d < 1.0f) & (CHANNEL_3(bytes) > 0.0f));
+    const pixel_lane known = select((pixel_lane)(0.0f), (pixel_lane)(1.0f), (d < 1.0f) & (CHANNEL_3(bytes) > 0.0f));
     pixel_lane red = CHANNEL_0(bytes) * known * (1.0f / 255.0f), green = CHANNEL_1(bytes) * known * (1.0f / 255.0f);
     pixel_lane blue = CHANNEL_2(bytes) * known * (1.0f / 255.0f);
     if (view.grey) {
@@ -105,8 +105,8 @@ INLINE void store_planes(const view_pixels* pixels, lane_float z, lane_int visib
                           bent(depth + e, layout.stride, k.bend) | bent(depth + e, 3 * layout.stride, k.bend);
     good &= edge == 0;
   }
-  lane_int state = CHOOSE((lane_int)(HF_UNUSABLE), (lane_int)(HF_USED), good);
-  state = CHOOSE((lane_int)(HF_NOT_VISIBLE), state, visible);
+  lane_int state = select((lane_int)(HF_UNUSABLE), (lane_int)(HF_USED), good);
+  state = select((lane_int)(HF_NOT_VISIBLE), state, visible);
   STORE_BYTES(TO_UCHAR(state), usable + e);
 #pragma unroll
   for (int c = 0; c < HF_CHANNELS; ++c) {
@@ -180,7 +180,7 @@ INLINE void planes_of_row(const float16* above, const float16* here, const float
     /* What lies outside of `rect` is not covered. */
     const float16 column = (float)x + LANE_INDEX;
     const int16 inside = (column > (float)rect.x) & (column < (float)(rect.x + rect.width - 1)) & row_inside;
-    pixels.around = CHOOSE((float16)(0.0f), pixels.around, inside);
+    pixels.around = select((float16)(0.0f), pixels.around, inside);
     store_planes(&pixels, z, visible, depth, layout, e, k, value, dx, dy, usable);
   }
 }
@@ -247,36 +247,34 @@ INLINE void planes_of_block(__global const float* in, __global const uint* packe
   }
 }
 
+/* The item's block, as far as it is visible. The usual reach is a constant, known inside the loops. */
+INLINE void planes_of_rect(__global const float* in, __global const uint* packed, hf_view view,
+                           __global const float* depth, hf_layout layout, hf_rect rect, __constant float* taps,
+                           int radius, hf_template k, __global float* value, __global float* dx, __global float* dy,
+                           __global uchar* usable) {
+  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
+  if (block.width == 0) return;
+  if (radius == 3) {
+    planes_of_block(in, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
+  } else {
+    planes_of_block(in, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
+  }
+}
+
 /* Interleaved pixels and depth -> blurred, normalised planes and their differences. The planes are written where the
    object is. */
 __kernel void pixel_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
                            __constant float* taps, int radius, hf_template k, __global float* value, __global float* dx,
                            __global float* dy, __global uchar* usable) {
-  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
-  if (block.width == 0) return;
   const hf_view none = {0, 0, 0.0f, 0.0f};
-  if (radius == 3) {
-    planes_of_block(in, 0, none, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
-  } else if (radius == 2) {
-    planes_of_block(in, 0, none, rect, depth, layout, block, taps, 2, k, value, dx, dy, usable);
-  } else {
-    planes_of_block(in, 0, none, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
-  }
+  planes_of_rect(in, 0, none, depth, layout, rect, taps, radius, k, value, dx, dy, usable);
 }
 
 /* The same of a packed render, as it comes. Outside of `rect` nothing is drawn. */
 __kernel void view_planes(__global const uint* packed, hf_view view, __global const float* depth, hf_layout layout,
                           hf_rect rect, __constant float* taps, int radius, hf_template k, __global float* value,
                           __global float* dx, __global float* dy, __global uchar* usable) {
-  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
-  if (block.width == 0) return;
-  if (radius == 3) {
-    planes_of_block(0, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
-  } else if (radius == 2) {
-    planes_of_block(0, packed, view, rect, depth, layout, block, taps, 2, k, value, dx, dy, usable);
-  } else {
-    planes_of_block(0, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
-  }
+  planes_of_rect(0, packed, view, depth, layout, rect, taps, radius, k, value, dx, dy, usable);
 }
 #else
 /* Blurred, normalised pixels -> planes. They are written where the object is. */

@@ -48,7 +48,7 @@ INLINE void motion_blur_lanes(__global const float* in, __global const float* de
     return;
   }
   float16 flow_x, flow_y;
-  flow_of(column, y, CHOOSE((float16)(1.0f), z, wanted), exposure, &flow_x, &flow_y);
+  flow_of(column, y, select((float16)(1.0f), z, wanted), exposure, &flow_x, &flow_y);
   float u[16 * HF_MOST_TAPS], v[16 * HF_MOST_TAPS];
   int offset[16 * HF_MOST_TAPS], want[16];
   for (int k = 0; k < exposure.taps; ++k) {

@@ -55,7 +55,7 @@ __kernel void shift_scores(__global const float* dx, __global const float* dy, i
       along = fma((lane_float)(vy1), LOAD(p + 4 * gradient_plane), along);
       along = fma((lane_float)(vy2), LOAD(p + 5 * gradient_plane), along);
       const lane_float scale = 0.5f * (mv2 + LOAD(p + 6 * gradient_plane)) + 1e-5f;
-      agreement += CHOOSE((lane_float)(0.0f), mv * along / scale, inside);
+      agreement += select((lane_float)(0.0f), mv * along / scale, inside);
     }
   }
   __global float* row = scores + (int)get_global_id(1) * width;

@@ -77,10 +77,10 @@ __kernel void flow_constraints(__global const float* value, __global const float
       continue;
     }
     const int16 c = convert_int16(class & (uchar)15);
-    visible += CHOOSE(zero, one, c != HF_NOT_VISIBLE);
-    usable += CHOOSE(zero, one, c >= HF_NO_GRADIENT);
-    gradient += CHOOSE(zero, one, convert_int16(class) >= HF_COUNTS_IN_VOTE);
-    passing += CHOOSE(zero, one, c == HF_USED);
+    visible += select(zero, one, c != HF_NOT_VISIBLE);
+    usable += select(zero, one, c >= HF_NO_GRADIENT);
+    gradient += select(zero, one, convert_int16(class) >= HF_COUNTS_IN_VOTE);
+    passing += select(zero, one, c == HF_USED);
     STORE_BYTES(class & (uchar)15, final_classes + e);
   }
   total[HF_SUM_VISIBLE] = visible;
@@ -130,10 +130,10 @@ __kernel void flow_constraints(__global const float* value, __global const float
 #if HF_STRIPS
     if (!any(used)) continue; /* counted already */
 #else
-    total[HF_SUM_VISIBLE] += CHOOSE(zero, one, class != HF_NOT_VISIBLE);
-    total[HF_SUM_USABLE] += CHOOSE(zero, one, class >= HF_NO_GRADIENT);
-    total[HF_SUM_GRADIENT] += CHOOSE(zero, one, counts);
-    total[HF_SUM_PASSED] += CHOOSE(zero, one, used);
+    total[HF_SUM_VISIBLE] += select(zero, one, class != HF_NOT_VISIBLE);
+    total[HF_SUM_USABLE] += select(zero, one, class >= HF_NO_GRADIENT);
+    total[HF_SUM_GRADIENT] += select(zero, one, counts);
+    total[HF_SUM_PASSED] += select(zero, one, used);
 #endif
     if (k.block_vote && ANY(used)) {
 #if HF_STRIPS
@@ -151,12 +151,12 @@ __kernel void flow_constraints(__global const float* value, __global const float
       }
 #endif
       const lane_int outvoted = used & (TO_FLOAT(passed) < k.vote_share * TO_FLOAT(counted));
-      class = CHOOSE(class, (lane_int)(HF_REJECTED_VOTE), outvoted);
+      class = select(class, (lane_int)(HF_REJECTED_VOTE), outvoted);
       used = class == HF_USED;
     }
     STORE_BYTES(TO_UCHAR(class), final_classes + e);
     if (!ANY(used)) continue;
-    const lane_float mask = CHOOSE(zero, one, used);
+    const lane_float mask = select(zero, one, used);
     total[HF_SUM_USED] += mask;
 
     photometric_row(pairs, cell_stride, first_cell(tiles), last_cell(tiles), tx, y, &rows, gain, bias);
@@ -176,10 +176,10 @@ __kernel void flow_constraints(__global const float* value, __global const float
 #pragma unroll
     for (int c = 1; c < HF_CHANNELS; ++c) {
       const lane_int stronger = m2[c] > strongest;
-      strongest = CHOOSE(strongest, m2[c], stronger);
-      sx = CHOOSE(sx, vx[c], stronger);
-      sy = CHOOSE(sy, vy[c], stronger);
-      strongest_channel = CHOOSE(strongest_channel, (lane_int)(c), stronger);
+      strongest = select(strongest, m2[c], stronger);
+      sx = select(sx, vx[c], stronger);
+      sy = select(sy, vy[c], stronger);
+      strongest_channel = select(strongest_channel, (lane_int)(c), stronger);
     }
 
     /* Rows that repeat a leading channel's are added to its row: their gradients are taken along its own (13a). */
@@ -190,10 +190,10 @@ __kernel void flow_constraints(__global const float* value, __global const float
       for (int c = 0; c < HF_CHANNELS; ++c) {
         const lane_float along = fma(vx[c], sx, vy[c] * sy);
         const lane_int leads = (along * along <= k.redundancy_cosine2 * m2[c] * strongest) & (m2[c] > second);
-        second = CHOOSE(second, m2[c], leads);
-        tx = CHOOSE(tx, vx[c], leads);
-        ty = CHOOSE(ty, vy[c], leads);
-        second_channel = CHOOSE(second_channel, (lane_int)(c), leads);
+        second = select(second, m2[c], leads);
+        tx = select(tx, vx[c], leads);
+        ty = select(ty, vy[c], leads);
+        second_channel = select(second_channel, (lane_int)(c), leads);
       }
       const lane_float first_x = sx, first_y = sy, second_x = tx, second_y = ty;
 #pragma unroll
@@ -202,12 +202,12 @@ __kernel void flow_constraints(__global const float* value, __global const float
         /* Whichever it is nearer to in direction. */
         const lane_int to_second =
             (second_channel >= 0) & (by_second * by_second * strongest > by_first * by_first * second);
-        const lane_float ox = CHOOSE(first_x, second_x, to_second), oy = CHOOSE(first_y, second_y, to_second);
+        const lane_float ox = select(first_x, second_x, to_second), oy = select(first_y, second_y, to_second);
         const lane_float length2 = fma(ox, ox, oy * oy);
-        const lane_float share = fma(gx[c], ox, gy[c] * oy) / CHOOSE(one, length2, length2 > 0.0f);
+        const lane_float share = fma(gx[c], ox, gy[c] * oy) / select(one, length2, length2 > 0.0f);
         const lane_int leading = (strongest_channel == c) | (second_channel == c);
-        gx[c] = CHOOSE(share * ox, gx[c], leading);
-        gy[c] = CHOOSE(share * oy, gy[c], leading);
+        gx[c] = select(share * ox, gx[c], leading);
+        gy[c] = select(share * oy, gy[c], leading);
       }
     }
 
@@ -219,7 +219,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       const lane_float r2 = r * r;
       lane_float weight = mask;
       if (k.robust) weight *= (k.freedom + 1.0f) / fma((lane_float)(k.inverse_scale2), r2, (lane_float)(k.freedom));
-      weight = CHOOSE(weight, zero, seen >= k.saturated); /* still a row, one that agrees as far as it can */
+      weight = select(weight, zero, seen >= k.saturated); /* still a row, one that agrees as far as it can */
       const int p = HF_PHOTO * c;
       const lane_float wv = weight * rendered, wi = weight * seen;
       cell[p] += weight;
@@ -238,9 +238,9 @@ __kernel void flow_constraints(__global const float* value, __global const float
       }
       lane_int keep = used & (m2[c] > 0.0f);
       if (k.redundancy) keep &= (strongest_channel == c) | (second_channel == c);
-      total[HF_SUM_ROWS] += CHOOSE(zero, one, keep);
-      total[HF_SUM_W] += CHOOSE(zero, weight, keep);
-      total[HF_SUM_WRR] = fma(CHOOSE(zero, weight, keep), r2, total[HF_SUM_WRR]);
+      total[HF_SUM_ROWS] += select(zero, one, keep);
+      total[HF_SUM_W] += select(zero, weight, keep);
+      total[HF_SUM_WRR] = fma(select(zero, weight, keep), r2, total[HF_SUM_WRR]);
       const lane_float wx = weight * gx[c], wy = weight * gy[c];
       g11 = fma(wx, gx[c], g11);
       g12 = fma(wx, gy[c], g12);
@@ -253,7 +253,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
     const lane_float z = LOAD(depth + e);
     cell[HF_CELL_PIXELS] += mask;
     cell[HF_CELL_DEPTH] = fma(mask, z, cell[HF_CELL_DEPTH]);
-    const lane_float inverse_z = 1.0f / CHOOSE(one, z, z > 0.0f);
+    const lane_float inverse_z = 1.0f / select(one, z, z > 0.0f);
     const float ray_y = (y - k.cy) / k.fy;
     const lane_float ax = fma(ray_x, z, (lane_float)(-k.center[0])),
                      ay = fma((lane_float)(ray_y), z, (lane_float)(-k.center[1]));

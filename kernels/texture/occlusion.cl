@@ -68,9 +68,9 @@ INLINE void sample_row(__global const float* p, int step, lane_int wanted, frame
     const float16 zero = (float16)(0.0f);
 #pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
-      samples->value[c] = CHOOSE(zero, samples->value[c], wanted);
-      samples->dx[c] = CHOOSE(zero, samples->dx[c], wanted);
-      samples->dy[c] = CHOOSE(zero, samples->dy[c], wanted);
+      samples->value[c] = select(zero, samples->value[c], wanted);
+      samples->dx[c] = select(zero, samples->dx[c], wanted);
+      samples->dy[c] = select(zero, samples->dy[c], wanted);
     }
   }
 }
@@ -131,14 +131,14 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float qz =
           fma((lane_float)(warp.d[8]), px,
               fma((lane_float)(warp.d[9]), py, fma((lane_float)(warp.d[10]), z, (lane_float)(warp.d[11]))));
-      const lane_float safe_z = CHOOSE((lane_float)(1.0f), qz, qz > 1e-6f);
+      const lane_float safe_z = select((lane_float)(1.0f), qz, qz > 1e-6f);
       u = fma(warp.fx * qx, 1.0f / safe_z, (lane_float)(warp.cx));
       v = fma(warp.fy * qy, 1.0f / safe_z, (lane_float)(warp.cy));
       wanted &= qz > 1e-6f;
     }
     wanted &= (u >= warp.min_x) & (v >= warp.min_y) & (u < warp.max_x) & (v < warp.max_y);
     if (!ANY(wanted)) {
-      STORE_BYTES(TO_UCHAR(CHOOSE((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
+      STORE_BYTES(TO_UCHAR(select((lane_int)(HF_NOT_VISIBLE), (lane_int)(HF_UNUSABLE), state != 0)), classes + e);
       continue;
     }
     frame_samples s;
@@ -147,8 +147,8 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       sample_row(frame + HF_PIXEL * e, HF_PIXEL * layout.stride, wanted, &s);
     } else {
 #endif
-      const lane_float su = CHOOSE((lane_float)(warp.min_x), u, wanted),
-                       sv = CHOOSE((lane_float)(warp.min_y), v, wanted);
+      const lane_float su = select((lane_float)(warp.min_x), u, wanted),
+                       sv = select((lane_float)(warp.min_y), v, wanted);
       sample_frame(frame, layout, su, sv, wanted, &s);
 #if HF_STRIPS
     }
@@ -171,7 +171,7 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float mv2 = fma(vx, vx, vy * vy), mi2 = fma(ix, ix, iy * iy);
       const lane_float weaker = fmin(mv2, mi2);
       const lane_int strong = weaker > tests.gradient_minimum2;
-      const lane_float counted = CHOOSE((lane_float)(0.0f), (lane_float)(1.0f), strong);
+      const lane_float counted = select((lane_float)(0.0f), (lane_float)(1.0f), strong);
       strongest = fmax(strongest, weaker);
       strongest_rendered = fmax(strongest_rendered, mv2);
       const lane_float along = fma(vx, ix, vy * iy);
@@ -186,7 +186,7 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
       const lane_float limit =
           fma((lane_float)(tests.difference_relative), larger, (lane_float)(tests.difference_maximum));
       const lane_float beyond = fma(vx - ix, vx - ix, (vy - iy) * (vy - iy)) - limit * limit;
-      excess = CHOOSE(excess, beyond, beyond > excess);
+      excess = select(excess, beyond, beyond > excess);
     }
     const lane_int any_strong = strongest > tests.gradient_minimum2;
     const lane_int any_rendered = strongest_rendered > tests.gradient_minimum2;
@@ -196,15 +196,15 @@ __kernel void occlusion_tests(__global const float* dx, __global const float* dy
     }
     const lane_int apart = excess >= 0.0f;
     lane_int class = (lane_int)(HF_USED);
-    if (tests.magnitude_test) class = CHOOSE(class, (lane_int)(HF_REJECTED_MAGNITUDE), apart);
-    if (tests.angle_test) class = CHOOSE(class, (lane_int)(HF_REJECTED_ANGLE), angle_apart);
+    if (tests.magnitude_test) class = select(class, (lane_int)(HF_REJECTED_MAGNITUDE), apart);
+    if (tests.angle_test) class = select(class, (lane_int)(HF_REJECTED_ANGLE), angle_apart);
     /* Not "!any_strong": Oclgrind 21.10 gets what the compiler makes of that, an unordered comparison, wrong. */
     const lane_int all_weak = strongest <= tests.gradient_minimum2;
-    if (tests.gradient_test) class = CHOOSE(class, (lane_int)(HF_NO_GRADIENT), all_weak);
+    if (tests.gradient_test) class = select(class, (lane_int)(HF_NO_GRADIENT), all_weak);
     const lane_int counts = any_rendered | (tests.magnitude_test ? apart : (lane_int)(0));
-    class |= CHOOSE((lane_int)(0), (lane_int)(HF_COUNTS_IN_VOTE), counts);
-    class = CHOOSE((lane_int)(HF_UNUSABLE), class, wanted);
-    class = CHOOSE((lane_int)(HF_NOT_VISIBLE), class, state != 0);
+    class |= select((lane_int)(0), (lane_int)(HF_COUNTS_IN_VOTE), counts);
+    class = select((lane_int)(HF_UNUSABLE), class, wanted);
+    class = select((lane_int)(HF_NOT_VISIBLE), class, state != 0);
     STORE_BYTES(TO_UCHAR(class), classes + e);
   }
 }

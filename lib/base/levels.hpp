@@ -28,6 +28,15 @@ struct Level {
   int cells_y() const { return padded_height / HF_CELL; }
 };
 
+/// A camera as kernels take it.
+template <typename Parameters>
+void set_intrinsics(Parameters& parameters, const Camera& camera) {
+  parameters.fx = static_cast<float>(camera.fx);
+  parameters.fy = static_cast<float>(camera.fy);
+  parameters.cx = static_cast<float>(camera.cx);
+  parameters.cy = static_cast<float>(camera.cy);
+}
+
 /// Levels 0 (the frame's own resolution) to count - 1.
 std::vector<Level> make_levels(const Camera& camera, int count);
 

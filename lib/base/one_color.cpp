@@ -10,32 +10,25 @@ namespace {
 /// Levels of 255 by which colours that are alike may differ, a channel: what compression makes of one.
 constexpr int kAlike = 8;
 
-/// The span of each channel.
-struct Spans {
-  std::array<int, 3> least{255, 255, 255}, most{0, 0, 0};
+}  // namespace
 
-  /// False once some channel's is too wide.
-  bool add(const std::uint8_t* rgb) {
+bool is_of_one_color(const Mesh& mesh) {
+  std::array<int, 3> least{255, 255, 255}, most{0, 0, 0};
+  const auto alike = [&](const std::uint8_t* rgb) {  // false once some channel spans too much
     for (std::size_t channel = 0; channel < 3; ++channel) {
       least[channel] = std::min<int>(least[channel], rgb[channel]);
       most[channel] = std::max<int>(most[channel], rgb[channel]);
       if (most[channel] - least[channel] > kAlike) return false;
     }
     return true;
-  }
-};
-
-}  // namespace
-
-bool is_of_one_color(const Mesh& mesh) {
-  Spans spans;
+  };
   for (const auto& color : mesh.colors) {
-    if (!spans.add(color.data())) return false;
+    if (!alike(color.data())) return false;
   }
   for (const Material& material : mesh.materials) {
     const std::vector<std::uint8_t>& rgba = material.texture.rgba;
     for (std::size_t i = 0; i + 4 <= rgba.size(); i += 4) {
-      if (!spans.add(rgba.data() + i)) return false;
+      if (!alike(rgba.data() + i)) return false;
     }
   }
   return true;

@@ -52,10 +52,7 @@ EdgePicture edges_of(const cv::Mat& channels) {
 }
 
 ContourDrawer::ContourDrawer(const Mesh& mesh, const Camera& camera)
-    : camera_(camera),
-      renderer_(mesh, camera.width, camera.height),
-      rgba_(camera.height, camera.width, CV_8UC4),
-      window_(camera.height, camera.width, CV_32F) {}
+    : camera_(camera), renderer_(mesh, camera.width, camera.height), window_(camera.height, camera.width, CV_32F) {}
 
 std::vector<ContourPoint> ContourDrawer::draw(const Pose& T_camera_object, std::size_t most) {
   const Rect whole{0, 0, camera_.width, camera_.height};

@@ -32,7 +32,7 @@ class ContourDrawer {
  private:
   Camera camera_;
   Renderer renderer_;
-  cv::Mat rgba_, window_;
+  cv::Mat window_;
 };
 
 /// Gradients of a picture, strongest channel: strength where a line of them is strongest (0 elsewhere) and direction.

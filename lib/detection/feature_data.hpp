@@ -14,6 +14,14 @@ struct ModelFeatures::Data {
   double radius = 0;  ///< of the mesh, metres
   std::vector<Eigen::Vector3f> p_object;
   cv::Mat descriptors;  ///< a row a feature, SIFT's 128 bytes
+
+  /// A feature of this row, seen at this pixel and depth.
+  void add(const cv::Mat& descriptor, const cv::Point2f& pixel, double z, const Camera& camera,
+           const Pose& T_object_camera) {
+    const Eigen::Vector3d p_camera((pixel.x - camera.cx) / camera.fx * z, (pixel.y - camera.cy) / camera.fy * z, z);
+    p_object.push_back((T_object_camera * p_camera).cast<float>());
+    descriptors.push_back(descriptor);
+  }
 };
 
 /// Features of a picture, grey8. `mask`, where given: pixels whose features are wanted.

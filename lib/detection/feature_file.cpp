@@ -1,13 +1,11 @@
 #include <unistd.h>
 
-#include <array>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <span>
 #include <sstream>
 
+#include "base/digest.hpp"
 #include "detection/feature_data.hpp"
 #include "holdfast/error.hpp"
 
@@ -21,44 +19,8 @@ namespace fs = std::filesystem;
 constexpr int kDescriptor = 128;
 constexpr const char* kKind = "holdfast features 1";
 
-/// FNV-1a from two seeds over words of four bytes, a rest byte by byte.
-class Hash {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    std::size_t i = 0;
-    for (; i + 4 <= size; i += 4) {
-      std::uint32_t word;
-      std::memcpy(&word, bytes + i, 4);
-      add_word(word);
-    }
-    for (; i < size; ++i) add_word(bytes[i]);
-    add_word(static_cast<std::uint32_t>(size));
-  }
-  template <class T>
-  void add(const std::vector<T>& values) {
-    add(values.data(), values.size() * sizeof(T));
-  }
-  std::string text() const {
-    std::array<char, 40> name;
-    std::snprintf(name.data(), name.size(), "%016llx%016llx", static_cast<unsigned long long>(first_),
-                  static_cast<unsigned long long>(second_));
-    return name.data();
-  }
-
- private:
-  void add_word(std::uint32_t word) {
-    constexpr std::uint64_t prime = 1099511628211ull;
-    first_ = (first_ ^ word) * prime;
-    first_ ^= first_ >> 32;
-    second_ = (second_ ^ word) * prime;
-    second_ ^= second_ >> 29;
-  }
-  std::uint64_t first_ = 14695981039346656037ull, second_ = 1469598103934665603ull;
-};
-
 std::string content_hash(const ModelFeatures::Data& data) {
-  Hash hash;
+  Digest hash;
   hash.add(data.p_object);
   hash.add(data.descriptors.data, data.descriptors.total());
   return hash.text();
@@ -72,7 +34,7 @@ std::string content_hash(const ModelFeatures::Data& data) {
 }  // namespace
 
 std::string model_hash(const Mesh& mesh) {
-  Hash hash;
+  Digest hash;
   hash.add(mesh.positions);
   hash.add(mesh.texture_coordinates);
   hash.add(mesh.colors);

@@ -30,18 +30,11 @@ using Matrix3 = Eigen::Matrix3d;
 using Vector3 = Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-Matrix3 skew(const Vector3& v) {
-  Matrix3 S;
-  S << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return S;
-}
-
 /// Moved by a small motion in camera axes.
 Pose moved(const Pose& T_camera_object, const Vector6& motion) {
   Pose T = T_camera_object;
   const Vector3 turn = motion.tail<3>();
-  const double angle = turn.norm();
-  if (angle > 0) T.linear() = Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() * T.linear();
+  T.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * T.linear();
   T.translation() += motion.head<3>();
   return renormalized(T);
 }
@@ -132,7 +125,7 @@ FocalFit::Sums FocalFit::sums(const std::vector<Consensus>& frames) const {
       of_shared.col(8) = of_place.col(0) * q.z() + of_place.col(2) * q.x();
       of_shared.col(9) = of_place.col(1) * q.z() + of_place.col(2) * q.y();
       Eigen::Matrix<double, 2, 6> of_pose;
-      of_pose << of_point, -of_point * skew(turned);
+      of_pose << of_point, of_point.rowwise().cross(-turned.transpose());
       sums.A.topLeftCorner<kShared, kShared>() += of_shared.transpose() * of_shared;
       sums.A.block<kShared, 6>(0, row) += of_shared.transpose() * of_pose;
       sums.A.block<6, 6>(row, row) += of_pose.transpose() * of_pose;

@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "base/turn_lattice.hpp"
 #include "detection/contour_template.hpp"
 #include "detection/frame_mat.hpp"
 #include "holdfast/detection.hpp"
@@ -14,8 +15,7 @@ namespace {
 
 /// Frames are looked at as if they had so many columns.
 constexpr double kColumns = 320;
-/// Turns, radians, and shares of the distance around the guide that are drawn: a body-centred cubic lattice of rotation
-/// vectors, none of which is farther than sqrt(5) / 4 of its spacing from any turn.
+/// Turns (turn_lattice()), radians, and shares of the distance around the guide that are drawn.
 constexpr double kMostTurn = 0.38, kTurnSpacing = 0.19;
 constexpr double kLeastDistance = 0.8, kDistanceStep = 1.085;
 constexpr int kDistances = 6;
@@ -46,22 +46,6 @@ void add(const cv::Mat& plane, cv::Point first, cv::Mat& sums) {
   }
 }
 
-std::vector<Eigen::Vector3d> turns() {
-  std::vector<Eigen::Vector3d> all;
-  const int reach = static_cast<int>(kMostTurn / kTurnSpacing) + 1;
-  for (int i = -reach; i <= reach; ++i) {
-    for (int j = -reach; j <= reach; ++j) {
-      for (int k = -reach; k <= reach; ++k) {
-        for (const double offset : {0.0, 0.5}) {
-          const Eigen::Vector3d turn = kTurnSpacing * (Eigen::Vector3d(i, j, k) + Eigen::Vector3d::Constant(offset));
-          if (turn.norm() <= kMostTurn) all.push_back(turn);
-        }
-      }
-    }
-  }
-  return all;
-}
-
 }  // namespace
 
 struct GuideDetector::Impl {
@@ -80,10 +64,8 @@ struct GuideDetector::Impl {
                                        " m); poses map object to camera coordinates, z forward");
     }
     ContourDrawer drawer(mesh, small);
-    for (const Eigen::Vector3d& turn : turns()) {
-      const double angle = turn.norm();
-      const Eigen::Matrix3d R =
-          angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
+    for (const Eigen::Vector3d& turn : turn_lattice(kMostTurn, kTurnSpacing)) {
+      const Eigen::Matrix3d R = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
       for (int i = 0; i < kDistances; ++i) {
         ContourTemplate drawn;
         drawn.T_camera_object.linear() = R * T_guide.linear();

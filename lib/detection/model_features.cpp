@@ -74,10 +74,7 @@ class ViewReader {
       const cv::Point pixel(cvRound(place.pt.x), cvRound(place.pt.y));
       if (inside.at<float>(pixel) < std::max(2.0f, 0.5f * place.size)) continue;  // the silhouette is a part of it
       const double z = range.metric(static_cast<double>(depth_.at<float>(pixel)));
-      const Eigen::Vector3d p_camera((place.pt.x - camera_.cx) / camera_.fx * z,
-                                     (place.pt.y - camera_.cy) / camera_.fy * z, z);
-      data.p_object.push_back((T_object_camera * p_camera).cast<float>());
-      data.descriptors.push_back(found.descriptors.row(static_cast<int>(i)));
+      data.add(found.descriptors.row(static_cast<int>(i)), place.pt, z, camera_, T_object_camera);
     }
   }
 

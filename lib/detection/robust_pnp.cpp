@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
 
 namespace holdfast::detection {
 namespace {
@@ -14,10 +15,8 @@ Pose pose_of(const cv::Mat& rotation_vector, const cv::Mat& translation) {
   cv::Mat R;
   cv::Rodrigues(rotation_vector, R);
   Pose T = Pose::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) T.linear()(row, column) = R.at<double>(row, column);
-    T.translation()(row) = translation.at<double>(row);
-  }
+  T.linear() = Eigen::Map<const Eigen::Matrix3d>(R.ptr<double>()).transpose();  // of OpenCV's rows
+  T.translation() = Eigen::Map<const Eigen::Vector3d>(translation.ptr<double>());
   return renormalized(T);
 }
 
@@ -25,11 +24,9 @@ Pose pose_of(const cv::Mat& rotation_vector, const cv::Mat& translation) {
 
 PoseFit refined_pose(const std::vector<cv::Point3f>& places, const std::vector<cv::Point2f>& pixels, const cv::Mat& K,
                      const Pose& T_start) {
-  cv::Mat R(3, 3, CV_64F), rotation, translation(3, 1, CV_64F);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) R.at<double>(row, column) = T_start.linear()(row, column);
-    translation.at<double>(row) = T_start.translation()(row);
-  }
+  cv::Mat R, rotation, translation;
+  cv::eigen2cv(Eigen::Matrix3d(T_start.linear()), R);
+  cv::eigen2cv(Eigen::Vector3d(T_start.translation()), translation);
   cv::Rodrigues(R, rotation);
   cv::solvePnPRefineLM(places, pixels, K, cv::noArray(), rotation, translation);
   std::vector<cv::Point2f> projected;

@@ -45,7 +45,6 @@ struct SightLearner::Impl {
         known(known_features),
         seen(seen_before),
         renderer(mesh, seen_by.width, seen_by.height),
-        rgba(seen_by.height, seen_by.width, CV_8UC4),
         window(seen_by.height, seen_by.width, CV_32F) {
     camera.validate();
     remake_matcher();
@@ -75,7 +74,7 @@ struct SightLearner::Impl {
   /// The features on the object, and their places.
   bool learn(const ImageView& frame, const Pose& T_camera_object) {
     const DepthRange range = renderer.render(T_camera_object, camera, {0, 0, camera.width, camera.height},
-                                             {rgba.data, window.ptr<float>(), camera.width});
+                                             {nullptr, window.ptr<float>(), camera.width});
     cv::Mat inside;
     cv::distanceTransform(window < 1, inside, cv::DIST_L2, 3);
     const PictureFeatures found = features_of(grey_of(frame), kMostOfFrame);
@@ -97,9 +96,7 @@ struct SightLearner::Impl {
     for (const std::size_t i : order) {
       const cv::Point2f& pixel = pixels[i];
       const double z = range.metric(static_cast<double>(window.at<float>(cvRound(pixel.y), cvRound(pixel.x))));
-      const Eigen::Vector3d p_camera((pixel.x - camera.cx) / camera.fx * z, (pixel.y - camera.cy) / camera.fy * z, z);
-      added.p_object.push_back((T_object_camera * p_camera).cast<float>());
-      added.descriptors.push_back(found.descriptors.row(static_cast<int>(i)));
+      added.add(found.descriptors.row(static_cast<int>(i)), pixel, z, camera, T_object_camera);
     }
     seen = seen.with(ModelFeatures(std::make_shared<const ModelFeatures::Data>(std::move(added))));
     remake_matcher();
@@ -109,7 +106,7 @@ struct SightLearner::Impl {
   Camera camera;
   ModelFeatures known, seen;
   Renderer renderer;
-  cv::Mat rgba, window;
+  cv::Mat window;
   std::optional<Matcher> matcher;  ///< of all features; none while they are too few
   std::vector<Eigen::Matrix3d> looked_from;
 };

@@ -37,6 +37,13 @@ struct Device::Impl {
   void enqueue_tiles(const cl::Kernel& kernel, int tiles_x, int tiles_y) const;
 };
 
+/// Sets all arguments of a kernel, in its order. Buffers must live until it is enqueued: arguments do not retain them.
+template <typename... Arguments>
+void set_arguments(cl::Kernel& kernel, const Arguments&... arguments) {
+  cl_uint index = 0;
+  (kernel.setArg(index++, arguments), ...);
+}
+
 /// Calls `action`, turning OpenCL's exceptions into Error(device) that names what was being done.
 template <typename Action>
 auto with_device_errors(const char* doing, Action&& action) {

@@ -4,42 +4,28 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <fstream>
-#include <span>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "base/digest.hpp"
 #include "holdfast/device.hpp"
 #include "holdfast/error.hpp"
 
 namespace holdfast {
 namespace {
 
-/// 128 bits of hash as text: FNV-1a of 64 bits from two seeds, side by side, since each step waits for the one before.
-std::string digest(std::span<const unsigned char> bytes) {
-  constexpr std::uint64_t prime = 1099511628211ull;
-  std::uint64_t first = 14695981039346656037ull, second = 1469598103934665603ull;
-  for (const unsigned char byte : bytes) {
-    first = (first ^ byte) * prime;
-    second = (second ^ byte) * prime;
-  }
-  char name[40];
-  std::snprintf(name, sizeof(name), "%016llx%016llx", static_cast<unsigned long long>(first),
-                static_cast<unsigned long long>(second));
-  return name;
-}
-
-std::string digest(const std::string& text) {
-  return digest(std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
+std::string digest(const void* data, std::size_t size) {
+  Digest digest;
+  digest.add(data, size);
+  return digest.text();
 }
 
 /// A binary's length and hash precede it in its file: drivers are not to be trusted with a damaged one (PoCL aborts).
-std::string seal(std::span<const unsigned char> binary) {
-  return "holdfast " + std::to_string(binary.size()) + ' ' + digest(binary) + '\n';
+std::string seal(const std::vector<unsigned char>& binary) {
+  return "holdfast " + std::to_string(binary.size()) + ' ' + digest(binary.data(), binary.size()) + '\n';
 }
 
 /// The binary in the file; empty when there is none or it is not as it was written.
@@ -78,17 +64,6 @@ void write_binary(const std::filesystem::path& path, const std::vector<unsigned 
 
 }  // namespace
 
-std::filesystem::path default_cache_folder() {
-  const auto variable = [](const char* name) -> std::filesystem::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  if (const auto folder = variable("HOLDFAST_CACHE_DIR"); !folder.empty()) return folder;
-  if (const auto folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "holdfast";
-  if (const auto folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "holdfast";
-  return {};
-}
-
 ProgramCache::ProgramCache(const std::filesystem::path& folder)
     : folder_(folder.empty() ? default_cache_folder() : folder) {}
 
@@ -98,7 +73,7 @@ cl::Program ProgramCache::build(const cl::Context& context, const cl::Device& de
   const std::string key = source + '\n' + options + '\n' + platform.getInfo<CL_PLATFORM_NAME>() + '\n' +
                           platform.getInfo<CL_PLATFORM_VERSION>() + '\n' + device.getInfo<CL_DEVICE_NAME>() + '\n' +
                           device.getInfo<CL_DEVICE_VERSION>() + '\n' + device.getInfo<CL_DRIVER_VERSION>();
-  const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / (digest(key) + ".clbin");
+  const std::filesystem::path file = folder_.empty() ? folder_ : folder_ / (digest(key.data(), key.size()) + ".clbin");
   if (!file.empty()) {
     const auto binary = read_binary(file);
     if (!binary.empty()) {

@@ -13,9 +13,8 @@ EdgeCandidates::EdgeCandidates(const Device::Impl& device, const std::vector<Lev
   kernel_ = device.kernel("edge_candidates");
 }
 
-std::span<const EdgeCandidate> EdgeCandidates::find(DeviceImage& image, int level, std::span<const VisibleEdge> edges,
-                                                    const EdgeMemory& memory) {
-  if (edges.empty()) return {};
+void EdgeCandidates::find(DeviceImage& image, int level, std::span<const VisibleEdge> edges, const EdgeMemory& memory) {
+  if (edges.empty()) return;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const VisibleEdge& edge = edges[i];
     float* line = lines_.data() + i * HF_EDGE_LINE;
@@ -34,17 +33,13 @@ std::span<const EdgeCandidate> EdgeCandidates::find(DeviceImage& image, int leve
   kernel::hf_edges o{};
   o.region = to_kernel(image.uploaded(level));
   o.count = static_cast<int>(edges.size());
-  kernel_.setArg(0, image.pixels(level));
-  kernel_.setArg(1, levels_[static_cast<std::size_t>(level)].layout);
-  kernel_.setArg(2, lines_buffer_);
-  kernel_.setArg(3, o);
-  kernel_.setArg(4, found_buffer_);
+  set_arguments(kernel_, image.pixels(level), levels_[static_cast<std::size_t>(level)].layout, lines_buffer_, o,
+                found_buffer_);
   const std::size_t group = device_.strips ? 1 : HF_GROUP;
   device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange((edges.size() + group - 1) / group * group),
                                      cl::NDRange(group));
-  const std::size_t count = edges.size() * HF_EDGE_CANDIDATES;
-  device_.queue.enqueueReadBuffer(found_buffer_, CL_TRUE, 0, count * sizeof(EdgeCandidate), found_.data());
-  return {found_.data(), count};
+  device_.queue.enqueueReadBuffer(found_buffer_, CL_TRUE, 0, edges.size() * HF_EDGE_CANDIDATES * sizeof(EdgeCandidate),
+                                  found_.data());
 }
 
 }  // namespace holdfast

@@ -25,10 +25,9 @@ class EdgeCandidates {
 
   EdgeCandidates(const Device::Impl& device, const std::vector<Level>& levels);
 
-  /// HF_EDGE_CANDIDATES a line, the most telling first. Waits for the device. Valid until the next call.
-  std::span<const EdgeCandidate> find(DeviceImage& image, int level, std::span<const VisibleEdge> edges,
-                                      const EdgeMemory& memory);
-  /// Those of a line, of the last find().
+  /// Looks for HF_EDGE_CANDIDATES a line. Waits for the device.
+  void find(DeviceImage& image, int level, std::span<const VisibleEdge> edges, const EdgeMemory& memory);
+  /// Those of a line, of the last find(), the most telling first.
   std::span<const EdgeCandidate> of(std::size_t line) const {
     return std::span(found_).subspan(line * HF_EDGE_CANDIDATES, HF_EDGE_CANDIDATES);
   }

@@ -11,8 +11,6 @@ namespace {
 constexpr std::size_t kMostSamples = 800, kLeastLines = 12;
 /// Lines are laid anew when the pose has moved by so many pixels of the level since.
 constexpr double kRelaid = 2;
-/// Object radii that a sample may lie behind what is drawn.
-constexpr double kBehind = 0.03;
 /// Neighbours on either side along a chain that an edge should go on at, within so many pixels.
 constexpr int kNeighbours = 4;
 constexpr double kGoesOn = 1;

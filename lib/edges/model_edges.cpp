@@ -12,8 +12,6 @@
 namespace holdfast {
 namespace {
 
-/// Cosine of the angle between faces that is a crease: 30 degrees.
-constexpr float kCreaseCosine = 0.866F;
 /// Cosine of the turn from an edge to the next within a chain: 40 degrees.
 constexpr float kStraightCosine = 0.766F;
 /// Shortest chain, object radii: shorter ones are relief.

@@ -6,6 +6,9 @@
 
 namespace holdfast {
 
+/// Cosine of the angle between faces that is a crease, else they are one smooth surface: 30 degrees.
+inline constexpr float kCreaseCosine = 0.866F;
+
 /// A place on an edge of the model, object frame, metres.
 struct EdgeSample {
   Eigen::Vector3f p_object = Eigen::Vector3f::Zero();

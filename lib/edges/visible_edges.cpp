@@ -14,8 +14,6 @@ constexpr double kBeside = 1.5;
 constexpr double kNothing = 1e9;
 /// Shortest projection of a sample's direction, over its length, that still has a normal.
 constexpr double kLeastSlant = 0.05;
-/// Cosine of the angle between faces that are one smooth surface.
-constexpr float kSmoothCosine = 0.866F;
 /// Pixels between samples of a chain, at least: nearer ones say the same.
 constexpr double kLeastPixels = 1.5;
 /// Times the tolerance that what is seen beside an edge lies behind it where the object ends there.
@@ -60,7 +58,7 @@ void visible_edges(const std::vector<EdgeSample>& samples, const Pose& T_camera_
     const double left = beside(kBeside), right = beside(-kBeside);
     if (std::max(left, right) < z - tolerance) continue;
     // Where a smooth surface turns away its outline lies beside a border on it, and looks like it.
-    const bool smooth = sample.first.dot(sample.second) > kSmoothCosine;
+    const bool smooth = sample.first.dot(sample.second) > kCreaseCosine;
     if (smooth && !(beside(HF_EDGE_REACH + 1) < kNothing && beside(-HF_EDGE_REACH - 1) < kNothing)) continue;
     edge.outward = (left > z + kFar * tolerance ? 1 : 0) - (right > z + kFar * tolerance ? 1 : 0);
     edge.sample = static_cast<int>(i);

@@ -19,6 +19,9 @@ struct VisibleEdge {
   int outward = 0;  ///< 1: the object ends on the normal's side, -1: on the other, 0: on neither
 };
 
+/// Object radii that a sample may lie behind what is drawn.
+inline constexpr double kBehind = 0.03;
+
 /// The samples that nothing of the object hides at the pose that `drawn` was drawn at, at most `most`, evenly taken.
 /// `tolerance`: metres that a sample may lie behind what is drawn.
 void visible_edges(const std::vector<EdgeSample>& samples, const Pose& T_camera_object, const Camera& camera,

@@ -9,52 +9,36 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::numeric_limits<int>::max();  // kernels count in int
 
-void check_frame(int width, int height, const Camera& camera) {
-  if (width <= 0 || height <= 0) {
-    throw Error(ErrorCode::image, "the frame is empty (" + std::to_string(width) + "x" + std::to_string(height) +
-                                      "): was it read? is the recording at its end?");
+/// What must be so of frames in host and in device memory. Returns the stride, in bytes.
+template <typename View>
+std::size_t check_frame(const View& frame, const Camera& camera) {
+  const auto refuse = [](const std::string& message) { throw Error(ErrorCode::image, message); };
+  const auto pixels = [](int width, int height) { return std::to_string(width) + "x" + std::to_string(height); };
+  const std::string size = pixels(frame.width, frame.height);
+  if (frame.width <= 0 || frame.height <= 0) {
+    refuse("the frame is empty (" + size + "): was it read? is the recording at its end?");
   }
-  if (width != camera.width || height != camera.height) {
-    throw Error(ErrorCode::image, "the frame is " + std::to_string(width) + "x" + std::to_string(height) +
-                                      " pixels but the camera was calibrated for " + std::to_string(camera.width) +
-                                      "x" + std::to_string(camera.height) +
-                                      "; use the matching calibration, or rescale it (Camera::rescaled, "
-                                      "--rescale-camera)");
+  if (frame.width != camera.width || frame.height != camera.height) {
+    refuse("the frame is " + size + " pixels but the camera was calibrated for " + pixels(camera.width, camera.height) +
+           "; use the matching calibration, or rescale it (Camera::rescaled, --rescale-camera)");
   }
-}
-
-void check_format(PixelFormat format) {
-  switch (format) {
-    case PixelFormat::bgr8:
-    case PixelFormat::rgb8:
-    case PixelFormat::rgba8:
-    case PixelFormat::grey8:
-    case PixelFormat::nv12:
-    case PixelFormat::yuyv:
-      return;
+  const int format = static_cast<int>(frame.format);
+  if (format < 0 || format > static_cast<int>(PixelFormat::yuyv)) {
+    refuse("the frame's format, " + std::to_string(format) + ", is none of PixelFormat's");
   }
-  throw Error(ErrorCode::image,
-              "the frame's format, " + std::to_string(static_cast<int>(format)) + ", is none of PixelFormat's");
-}
-
-void check_pairs(PixelFormat format, int width, int height) {
-  const bool odd = width % 2 != 0 || (format == PixelFormat::nv12 && height % 2 != 0);
-  if ((format == PixelFormat::nv12 || format == PixelFormat::yuyv) && odd) {
-    throw Error(ErrorCode::image, "NV12 and YUYV frames have an even width (and NV12 an even height), this one is " +
-                                      std::to_string(width) + "x" + std::to_string(height) + "; convert it to RGB8");
+  const bool nv12 = frame.format == PixelFormat::nv12;
+  if ((nv12 && frame.height % 2 != 0) || ((nv12 || frame.format == PixelFormat::yuyv) && frame.width % 2 != 0)) {
+    refuse("NV12 and YUYV frames have an even width (and NV12 an even height), this one is " + size +
+           "; convert it to RGB8");
   }
-}
-
-std::size_t checked_stride(std::size_t stride, PixelFormat format, int width) {
-  const std::size_t packed = packed_stride(format, width);
+  const std::size_t stride = frame.stride_bytes, packed = packed_stride(frame.format, frame.width);
   if (stride == 0) return packed;
   if (stride < packed) {
-    throw Error(ErrorCode::image, "the frame's stride of " + std::to_string(stride) + " bytes is shorter than a row (" +
-                                      std::to_string(packed) + " bytes)");
+    refuse("the frame's stride of " + std::to_string(stride) + " bytes is shorter than a row (" +
+           std::to_string(packed) + " bytes)");
   }
   if (stride > kMostBytes) {
-    throw Error(ErrorCode::image,
-                "the frame's stride of " + std::to_string(stride) + " bytes is longer than any row: is it negative?");
+    refuse("the frame's stride of " + std::to_string(stride) + " bytes is longer than any row: is it negative?");
   }
   return stride;
 }
@@ -83,20 +67,15 @@ Rect DeviceImage::region(const Rect& wanted) const {
   return aligned(wanted, alignment, levels_[0].padded_width, levels_[0].padded_height);
 }
 
-void DeviceImage::check(const ImageView& frame) const {
-  check_frame(frame.width, frame.height, camera_);
-  check_format(frame.format);
-  check_pairs(frame.format, frame.width, frame.height);
+std::size_t DeviceImage::check(const ImageView& frame) const {
+  const std::size_t stride = check_frame(frame, camera_);
   if (frame.data == nullptr) throw Error(ErrorCode::image, "the frame has no data");
-  checked_stride(frame.stride_bytes, frame.format, frame.width);
+  return stride;
 }
 
-void DeviceImage::check(const DeviceImageView& frame) const {
-  check_frame(frame.width, frame.height, camera_);
-  check_format(frame.format);
-  check_pairs(frame.format, frame.width, frame.height);
+std::size_t DeviceImage::check(const DeviceImageView& frame) const {
+  const std::size_t stride = check_frame(frame, camera_);
   if (frame.buffer == nullptr) throw Error(ErrorCode::image, "the frame has no OpenCL buffer");
-  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
   const cl::Buffer buffer(frame.buffer, true);
   if (buffer.getInfo<CL_MEM_CONTEXT>()() != device_.context()) {
     throw Error(ErrorCode::image, "the frame's OpenCL buffer belongs to another context than the tracker's device");
@@ -112,6 +91,7 @@ void DeviceImage::check(const DeviceImageView& frame) const {
   if (end > kMostBytes) {
     throw Error(ErrorCode::image, "the frame ends more than 2 GiB into its OpenCL buffer; give it a buffer of its own");
   }
+  return stride;
 }
 
 void DeviceImage::wait_for_upload() noexcept {
@@ -122,8 +102,7 @@ void DeviceImage::wait_for_upload() noexcept {
 }
 
 void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
-  check(frame);
-  const std::size_t stride = checked_stride(frame.stride_bytes, frame.format, frame.width);
+  const std::size_t stride = check(frame);
   const std::size_t packed = packed_stride(frame.format, frame.width);
   const bool all = camera_.has_distortion();
   const std::size_t first = all ? 0 : static_cast<std::size_t>(std::min(region.y, frame.height));
@@ -149,9 +128,8 @@ void DeviceImage::enqueue_upload(const ImageView& frame, const Rect& region) {
 }
 
 void DeviceImage::enqueue_upload(const DeviceImageView& frame, const Rect& region) {
-  check(frame);
-  set_frame(cl::Buffer(frame.buffer, true), frame.format, frame.offset_bytes,
-            checked_stride(frame.stride_bytes, frame.format, frame.width), region);
+  const std::size_t stride = check(frame);
+  set_frame(cl::Buffer(frame.buffer, true), frame.format, frame.offset_bytes, stride, region);
 }
 
 void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::size_t offset, std::size_t stride,
@@ -165,10 +143,7 @@ void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::s
   frame_.offset = static_cast<int>(offset);
   frame_.stride = static_cast<int>(stride);
   frame_.distorted = camera_.lens == LensModel::fisheye ? 2 : camera_.has_distortion() ? 1 : 0;
-  frame_.fx = static_cast<float>(camera_.fx);
-  frame_.fy = static_cast<float>(camera_.fy);
-  frame_.cx = static_cast<float>(camera_.cx);
-  frame_.cy = static_cast<float>(camera_.cy);
+  set_intrinsics(frame_, camera_);
   float* coefficients[] = {&frame_.k1, &frame_.k2, &frame_.p1, &frame_.p2,
                            &frame_.k3, &frame_.k4, &frame_.k5, &frame_.k6};
   for (std::size_t i = 0; i < 8; ++i) *coefficients[i] = static_cast<float>(camera_.distortion[i]);
@@ -179,11 +154,7 @@ void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::s
 void DeviceImage::enqueue_convert() {
   if (std::exchange(converted_, true)) return;
   cl::Kernel& convert = convert_[static_cast<std::size_t>(format_)];
-  convert.setArg(0, bytes_);
-  convert.setArg(1, frame_);
-  convert.setArg(2, to_kernel(region_));
-  convert.setArg(3, levels_[0].layout);
-  convert.setArg(4, levels_buffers_[0].pixels);
+  set_arguments(convert, bytes_, frame_, to_kernel(region_), levels_[0].layout, levels_buffers_[0].pixels);
   device_.enqueue_rows(convert, region_.width, region_.height);
 }
 

@@ -18,9 +18,9 @@ class DeviceImage {
   /// Region of level 0 that contains `wanted` and that every level can be made of.
   Rect region(const Rect& wanted) const;
 
-  /// Throws Error(image) for a frame that enqueue_upload() would not take.
-  void check(const ImageView& frame) const;
-  void check(const DeviceImageView& frame) const;
+  /// The frame's stride, bytes. Throws Error(image) for a frame that enqueue_upload() would not take.
+  std::size_t check(const ImageView& frame) const;
+  std::size_t check(const DeviceImageView& frame) const;
 
   /// Copies the rows that `region` needs (all rows when the lens distorts). The frame's memory must stay valid until
   /// wait_for_upload() or anything later in the queue has been waited for.

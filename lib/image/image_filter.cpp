@@ -44,30 +44,15 @@ ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(dev
 
 void ImageFilter::enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
                                 const cl::Buffer& out) {
-  halve_.setArg(0, in);
-  halve_.setArg(1, in_level.layout);
-  halve_.setArg(2, to_kernel(rect));
-  halve_.setArg(3, out_level.layout);
-  halve_.setArg(4, out);
+  set_arguments(halve_, in, in_level.layout, to_kernel(rect), out_level.layout, out);
   device_.enqueue_rows(halve_, rect.width, rect.height);
 }
 
 void ImageFilter::enqueue_halve(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
                                 const Rect& rect, const Level& out_level, const cl::Buffer& out) {
   cl::Kernel& halve = halve_frame_[static_cast<std::size_t>(format)];
-  halve.setArg(0, in);
-  halve.setArg(1, frame);
-  halve.setArg(2, to_kernel(rect));
-  halve.setArg(3, out_level.layout);
-  halve.setArg(4, out);
+  set_arguments(halve, in, frame, to_kernel(rect), out_level.layout, out);
   device_.enqueue_rows(halve, rect.width, rect.height);
-}
-
-void ImageFilter::set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const {
-  kernel.setArg(index, level.layout);
-  kernel.setArg(index + 1, to_kernel(rect));
-  kernel.setArg(index + 2, taps_);
-  kernel.setArg(index + 3, radius_);
 }
 
 void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const {
@@ -77,20 +62,14 @@ void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) con
 
 void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
                                const Rect& covered) {
-  blur_.setArg(0, in);
-  set_blur(blur_, 1, level, rect);
-  blur_.setArg(5, out);
-  blur_.setArg(6, to_kernel(covered));
+  set_arguments(blur_, in, level.layout, to_kernel(rect), taps_, radius_, out, to_kernel(covered));
   enqueue_blocks(blur_, rect);
 }
 
 void ImageFilter::enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
                                const Level& level, const Rect& rect, const cl::Buffer& out) {
   cl::Kernel& blur = blur_frame_[static_cast<std::size_t>(format)];
-  blur.setArg(0, in);
-  blur.setArg(1, frame);
-  set_blur(blur, 2, level, rect);
-  blur.setArg(6, out);
+  set_arguments(blur, in, frame, level.layout, to_kernel(rect), taps_, radius_, out);
   enqueue_blocks(blur, rect);
 }
 

@@ -18,6 +18,8 @@ class ImageFilter {
   /// Pixels that images of every level are blurred by, and beyond which the blur does not reach.
   double sigma() const { return sigma_; }
   int radius() const { return radius_; }
+  /// gaussian_taps() of that sigma.
+  const cl::Buffer& taps() const { return taps_; }
 
   /// Weights of a one-dimensional Gaussian: [0] the centre, then one side; they sum to one over both sides.
   static std::vector<float> gaussian_taps(double sigma);
@@ -40,8 +42,6 @@ class ImageFilter {
   void enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame, const Level& level,
                     const Rect& rect, const cl::Buffer& out);
 
-  /// Arguments of a kernel that blurs `rect`, from `index` on: layout, rectangle, taps and radius.
-  void set_blur(cl::Kernel& kernel, cl_uint index, const Level& level, const Rect& rect) const;
   /// Enqueues a kernel that blurs as it goes, an item (or a group) a block of `rect`.
   void enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) const;
 

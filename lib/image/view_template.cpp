@@ -82,10 +82,6 @@ Rect ViewTemplate::bounds(const Pose& T_camera_object) const {
   return {left, top, right - left + 1, bottom - top + 1};
 }
 
-bool ViewTemplate::enqueue(const ViewRequest& request) { return enqueue(request, nullptr); }
-
-bool ViewTemplate::enqueue_snapshot(const ViewRequest& request, DeviceImage& frame) { return enqueue(request, &frame); }
-
 bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   const int finest = request.finest, count = request.count;
   const Exposure& exposure = request.exposure;
@@ -133,30 +129,15 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   const bool as_it_comes = device_.strips && !moving && count == 1 && !frame;
   if (frame) {
     frame->enqueue_pixels(finest);
-    unpack_snapshot_.setArg(0, frame->pixels(finest));
-    unpack_snapshot_.setArg(1, window_depth_);
-    unpack_snapshot_.setArg(2, view);
-    unpack_snapshot_.setArg(3, to_kernel(rect));
-    unpack_snapshot_.setArg(4, to_kernel(frame->uploaded(finest)));
-    unpack_snapshot_.setArg(5, level.layout);
-    unpack_snapshot_.setArg(6, pixels_[f]);
-    unpack_snapshot_.setArg(7, planes_[f].depth);
+    set_arguments(unpack_snapshot_, frame->pixels(finest), window_depth_, view, to_kernel(rect),
+                  to_kernel(frame->uploaded(finest)), level.layout, pixels_[f], planes_[f].depth);
     device_.enqueue_rows(unpack_snapshot_, rect.width, rect.height);
   } else if (as_it_comes) {
-    unpack_depth_.setArg(0, window_depth_);
-    unpack_depth_.setArg(1, view);
-    unpack_depth_.setArg(2, to_kernel(rect));
-    unpack_depth_.setArg(3, level.layout);
-    unpack_depth_.setArg(4, planes_[f].depth);
+    set_arguments(unpack_depth_, window_depth_, view, to_kernel(rect), level.layout, planes_[f].depth);
     device_.enqueue_rows(unpack_depth_, rect.width, rect.height);
   } else {
-    unpack_.setArg(0, rgba_);
-    unpack_.setArg(1, window_depth_);
-    unpack_.setArg(2, view);
-    unpack_.setArg(3, to_kernel(rect));
-    unpack_.setArg(4, level.layout);
-    unpack_.setArg(5, moving ? before_motion_ : pixels_[f]);
-    unpack_.setArg(6, planes_[f].depth);
+    set_arguments(unpack_, rgba_, window_depth_, view, to_kernel(rect), level.layout,
+                  moving ? before_motion_ : pixels_[f], planes_[f].depth);
     device_.enqueue_rows(unpack_, rect.width, rect.height);
   }
   if (moving && !frame) enqueue_motion_blur(f, rect, exposure);
@@ -174,11 +155,8 @@ void ViewTemplate::enqueue_levels(const Rect& rect, int finest, int count, const
     Planes& planes = planes_[l];
     if (step > 0) {
       filter_.enqueue_halve(pixels_[l - 1], levels_[l - 1], level_rect, levels_[l], pixels_[l]);
-      halve_depth_.setArg(0, planes_[l - 1].depth);
-      halve_depth_.setArg(1, levels_[l - 1].layout);
-      halve_depth_.setArg(2, to_kernel(level_rect));
-      halve_depth_.setArg(3, levels_[l].layout);
-      halve_depth_.setArg(4, planes.depth);
+      set_arguments(halve_depth_, planes_[l - 1].depth, levels_[l - 1].layout, to_kernel(level_rect), levels_[l].layout,
+                    planes.depth);
       device_.enqueue_rows(halve_depth_, level_rect.width, level_rect.height);
     }
     // Coarse pixels see more slope each: only what jumps more than a surface of that slope may is an edge.
@@ -289,25 +267,17 @@ std::optional<Eigen::Vector3d> ViewTemplate::flat_normal(double most_relief) con
 }
 
 void ViewTemplate::enqueue_motion_blur(std::size_t level, const Rect& rect, const Exposure& exposure) {
-  const Camera& camera = levels_[level].camera;
   kernel::hf_exposure e{};
   for (int i = 0; i < 3; ++i) {
     e.v[i] = static_cast<float>(exposure.twist(i));
     e.w[i] = static_cast<float>(exposure.twist(3 + i));
   }
-  e.fx = static_cast<float>(camera.fx);
-  e.fy = static_cast<float>(camera.fy);
-  e.cx = static_cast<float>(camera.cx);
-  e.cy = static_cast<float>(camera.cy);
+  set_intrinsics(e, levels_[level].camera);
   e.light = exposure.light ? 1 : 0;
   e.across = exposure.across ? 1 : 0;
   e.taps = std::min(HF_MOST_TAPS, 1 + static_cast<int>(std::ceil(exposure.pixels / (kPixelsATap * (1 << level)))));
-  motion_blur_.setArg(0, before_motion_);
-  motion_blur_.setArg(1, planes_[level].depth);
-  motion_blur_.setArg(2, levels_[level].layout);
-  motion_blur_.setArg(3, to_kernel(rect));
-  motion_blur_.setArg(4, e);
-  motion_blur_.setArg(5, pixels_[level]);
+  set_arguments(motion_blur_, before_motion_, planes_[level].depth, levels_[level].layout, to_kernel(rect), e,
+                pixels_[level]);
   device_.enqueue_rows(motion_blur_, rect.width, rect.height);
 }
 

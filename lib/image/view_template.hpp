@@ -64,6 +64,9 @@ class ViewTemplate {
     cl::Buffer depth;          ///< metres, 0 where empty
     cl::Buffer usable;         ///< bytes: HF_NOT_VISIBLE, HF_UNUSABLE or HF_USED
     kernel::hf_rect tiles{};   ///< region that holds the object, in tiles
+
+    /// That region in pixels.
+    Rect drawn() const { return {tiles.x * HF_TILE, tiles.y * HF_TILE, tiles.width * HF_TILE, tiles.height * HF_TILE}; }
   };
 
   /// `renderer`: view_renderer()'s of that mesh.
@@ -75,11 +78,11 @@ class ViewTemplate {
 
   /// Draws a view and fills its levels. Returns false when the object is out of view. The call draws at once and
   /// enqueues the rest. Throws as the Renderer does.
-  bool enqueue(const ViewRequest& request);
+  bool enqueue(const ViewRequest& request) { return enqueue(request, nullptr); }
 
   /// The same with the frame's own pixels in place of the model's colours: what the object looks like there. The region
   /// that the view covers must be uploaded; what is not is unknown.
-  bool enqueue_snapshot(const ViewRequest& request, DeviceImage& frame);
+  bool enqueue_snapshot(const ViewRequest& request, DeviceImage& frame) { return enqueue(request, &frame); }
 
   /// Reads the snapshot taken last; waits for the device. Shows one again, `count` levels of it.
   Snapshot read_snapshot() const;

@@ -74,10 +74,9 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
     for (std::size_t column = 0; column < width; column += static_cast<std::size_t>(step)) {
       const std::size_t i = row * width + column;
       if ((classes[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
-      double texture = 0, frame = 0, value = 0;
+      double texture = 0, frame = 0;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         const auto in_view = static_cast<double>(view_value[c][i]), in_frame = static_cast<double>(frame_value[c][i]);
-        value += in_view;
         if (in_frame >= kSaturated) continue;  // clipped, perhaps: tells of light no more than of motion
         texture += photometry.gain(static_cast<int>(c)) * in_view;
         frame += in_frame;
@@ -86,10 +85,9 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
       const int x = first_x + static_cast<int>(column), y = first_y + static_cast<int>(row) * step_y;
       const auto normal = view.normal_at(x, y);
       if (!normal) continue;
-      // The quotient of what is dark is the less sure.
       const double light = drawn.lit ? drawn.shading.of(*normal) : 1;
-      patches_.push_back(
-          {*normal, light * frame / texture, texture * texture, std::log(texture / light), value / HF_CHANNELS});
+      // The quotient of what is dark is the less sure.
+      patches_.push_back({*normal, light * frame / texture, texture * texture});
       if (patches_.size() % kGradientsEvery != 0) continue;
       // Of the logarithm, over some pixels, since a mesh turns from triangle to triangle.
       const auto left = view.normal_at(x - kReach, y), right = view.normal_at(x + kReach, y),

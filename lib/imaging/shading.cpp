@@ -25,12 +25,14 @@ constexpr double kSameNormal = 0.998;  // the cosine of 3.6 degrees
 constexpr std::size_t kMostNormals = 64, kMostFaces = 16;
 constexpr double kFlatShare = 0.9;
 
-}  // namespace
-
+/// How much less a patch counts that is off by so much of the mean brightness: highlights, shadows, what is in front,
+/// texture that is not where it is drawn.
 double doubt(double deviation) {
   const double unusual = deviation / kUsualDeviation;
   return 1 + unusual * unusual;
 }
+
+}  // namespace
 
 bool has_flat_faces(const Mesh& mesh) {
   struct Face {

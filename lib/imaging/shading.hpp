@@ -12,13 +12,7 @@ struct LitPatch {
   Eigen::Vector3d normal;  ///< unit, towards the camera, camera axes
   double brightness = 0;   ///< of the frame over the texture's
   double weight = 0;       ///< relative
-  double log_texture = 0;  ///< natural logarithm of the texture's brightness
-  double drawn = 0;        ///< brightness of the view there, as it is drawn, mean of channels, in [0, 1]
 };
-
-/// How much less a patch counts that is off by so much of the mean brightness: highlights, shadows, what is in front,
-/// texture that is not where it is drawn.
-double doubt(double deviation);
 
 /// Whether most of the surface is made of a few flat faces, at whose edges light steps.
 bool has_flat_faces(const Mesh& mesh);

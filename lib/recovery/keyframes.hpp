@@ -1,7 +1,5 @@
 #pragma once
 
-#include <array>
-#include <span>
 #include <vector>
 
 #include "holdfast/pose.hpp"
@@ -16,18 +14,21 @@ namespace holdfast {
 /// Turned back to any other ray they look the same there.
 class Keyframes {
  public:
+  /// Radians that a lost object may have turned by since it was seen, and from which on a remembered appearance is
+  /// looked for beside these turns.
+  static constexpr double kMostTurn = 0.95, kElsewhere = 0.3;
+
   explicit Keyframes(const Eigen::Vector3d& p_object_center);
 
   /// Forgets everything.
-  void clear() { count_ = 0; }
+  void clear() { poses_.clear(); }
 
   /// The object was surely held at this pose. Remembered if it is far from all others; the one that is nearest to
   /// another makes room.
   void remember(const Pose& T_camera_object);
 
-  int count() const { return count_; }
   /// What is remembered, as appearances.
-  std::span<const Pose> remembered() const { return {poses_.data(), static_cast<std::size_t>(count_)}; }
+  const std::vector<Pose>& remembered() const { return poses_; }
 
   /// Begins a search for an object last seen at this pose: appearances in the order they are to be tried in, that one
   /// first, then turned away from it, farther and farther, then those remembered that are none of these.
@@ -40,21 +41,22 @@ class Keyframes {
   /// After how many the first comes again.
   int planned() const;
 
+  /// The angle between two poses' rotations, radians.
+  static double turn_between(const Pose& a, const Pose& b) {
+    return rotation_angle(a.linear().transpose() * b.linear());
+  }
+
   /// The rotation about the camera that brings a point of this direction onto the optical axis.
   static Eigen::Matrix3d to_axis(const Eigen::Vector3d& p_camera);
 
  private:
-  static constexpr int kMost = 24, kMostPlanned = 256;
-  static constexpr std::size_t kMostTurns = 232;
+  static constexpr std::size_t kMost = 24;
 
   Pose appearance(const Pose& T_camera_object) const;
 
   Eigen::Vector3d p_object_center_;
   std::vector<Eigen::Vector3d> turns_;  ///< rotation vectors, the smallest first
-  std::array<Pose, kMost> poses_;
-  int count_ = 0;
-  std::array<Pose, kMostPlanned> planned_;
-  int planned_count_ = 0;
+  std::vector<Pose> poses_, planned_;
   int next_ = 0;
 };
 

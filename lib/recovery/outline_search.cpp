@@ -13,11 +13,9 @@ namespace {
 /// Widest level that is looked at, pixels, and the object's least radius on it.
 constexpr int kWidest = 160;
 constexpr double kLeastRadius = 12;
-/// Farthest views from those that it was held in, radians, and between neighbours of them and of their turns about the
-/// optical axis.
-constexpr double kMostTurn = 0.95, kSwing = 0.3, kTwist = 0.22;
-/// Views of other remembered sides are turned by less, and no view is nearer than this to another.
-constexpr double kRememberedTwist = 0.44, kElsewhere = 0.3;
+/// Radians between views and between their turns about the optical axis, of which those of other remembered sides have
+/// fewer.
+constexpr double kSwing = 0.3, kTwist = 0.22, kRememberedTwist = 0.44;
 /// How near or far it may have gone meanwhile.
 constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
 constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
@@ -34,8 +32,6 @@ constexpr int kSteps = 3, kRounds = 4;
 /// Starts that are proposed, and how far apart they are, object radii or radians.
 constexpr std::size_t kMostStarts = 3;
 constexpr double kApart = 0.5, kTurnedApart = 0.3;
-
-double turn_between(const Pose& a, const Pose& b) { return rotation_angle(a.linear().transpose() * b.linear()); }
 
 }  // namespace
 
@@ -77,6 +73,7 @@ void OutlineSearch::plan(const Pose& T_last) {
   templates_.clear();
   next_ = 0;
   const Eigen::Vector3d p_center(0, 0, p_last.norm());
+  constexpr double kMostTurn = Keyframes::kMostTurn;
   const auto on_axis = [&](const Eigen::Matrix3d& R_camera_object) {
     Pose T = Pose::Identity();
     T.linear() = R_camera_object;
@@ -90,14 +87,14 @@ void OutlineSearch::plan(const Pose& T_last) {
       const Eigen::Vector3d swing(kSwing * (i + 0.5 * j), kSwing * std::sqrt(0.75) * j, 0);
       const double angle = swing.norm();
       if (angle > kMostTurn) continue;
-      const Eigen::Matrix3d R =
-          angle > 0 ? Eigen::AngleAxisd(angle, swing / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
-      add_view(on_axis(R * R_last), angle, kMostTurn);
+      add_view(on_axis(Eigen::AngleAxisd(angle, swing.normalized()) * R_last), angle, kMostTurn);
     }
   }
   const std::size_t around = views_.size();
   for (const Pose& T : keyframes_.remembered()) {
-    const auto near = [&](const View& view) { return turn_between(view.T_camera_object, T) < kElsewhere; };
+    const auto near = [&](const View& view) {
+      return Keyframes::turn_between(view.T_camera_object, T) < Keyframes::kElsewhere;
+    };
     if (std::any_of(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(around), near)) continue;
     add_view(on_axis(T.linear()), kMostTurn, kRememberedTwist);
   }
@@ -274,7 +271,7 @@ std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistogram
   for (const Found& near : found) {
     const Pose& T = near.T_camera_object;
     const auto same = [&](const Pose& other) {
-      return turn_between(T, other) < kTurnedApart &&
+      return Keyframes::turn_between(T, other) < kTurnedApart &&
              ((T * extent_.p_object_center) - (other * extent_.p_object_center)).norm() < kApart * extent_.radius;
     };
     if (std::any_of(poses.begin(), poses.end(), same)) continue;

@@ -6,12 +6,6 @@
 #include "edges/visible_edges.hpp"
 
 namespace holdfast {
-namespace {
-
-/// Object radii that a sample may lie behind what is drawn.
-constexpr double kBehind = 0.03;
-
-}  // namespace
 
 std::vector<OutlinePoint> outline_points(const DepthView& view, const std::vector<EdgeSample>& samples,
                                          const Camera& camera, const Eigen::Vector3d& p_center, double radius,

@@ -34,11 +34,8 @@ void ShiftSearch::enqueue_gradients(const DeviceImage& image, int level_index) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const Rect& valid = image.valid(level_index);
   const Rect rect = aligned(valid, 4, level.padded_width, level.padded_height);
-  frame_gradients_.setArg(0, image.blurred(level_index));
-  frame_gradients_.setArg(1, level.layout);
-  frame_gradients_.setArg(2, to_kernel(rect));
-  frame_gradients_.setArg(3, gradients_);
-  frame_gradients_.setArg(4, static_cast<int>(level.elements));
+  set_arguments(frame_gradients_, image.blurred(level_index), level.layout, to_kernel(rect), gradients_,
+                static_cast<int>(level.elements));
   device_.enqueue_rows(frame_gradients_, rect.width, rect.height);
 }
 
@@ -48,32 +45,16 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
 }
 
 ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
-                                        const Rect& shifts, double scored_pixels) {
-  const kernel::hf_rect& tiles = view.planes(level_index).tiles;
-  const Rect drawn{tiles.x * HF_TILE, tiles.y * HF_TILE, tiles.width * HF_TILE, tiles.height * HF_TILE};
-  return search(view, image, level_index, shifts, scored_pixels, drawn);
-}
-
-ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
-                                        const Rect& shifts, double scored_pixels, const Rect& part) {
+                                        const Rect& shifts, double scored_pixels, std::optional<Rect> part_of_view) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
+  const Rect part = part_of_view.value_or(planes.drawn());
   const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * part.width * part.height / scored_pixels)));
   const Rect& valid = image.valid(level_index);
   const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
-  kernel_.setArg(0, planes.dx);
-  kernel_.setArg(1, planes.dy);
-  kernel_.setArg(2, static_cast<int>(level.elements));
-  kernel_.setArg(3, planes.usable);
-  kernel_.setArg(4, level.layout);
-  kernel_.setArg(5, to_kernel(part));
-  kernel_.setArg(6, step);
-  kernel_.setArg(7, gradients_);
-  kernel_.setArg(8, static_cast<int>(level.elements));
-  kernel_.setArg(9, sampled);
-  kernel_.setArg(10, cl_int2{{shifts.x, shifts.y}});
-  kernel_.setArg(11, shifts.width);
-  kernel_.setArg(12, scores_buffer_);
+  set_arguments(kernel_, planes.dx, planes.dy, static_cast<int>(level.elements), planes.usable, level.layout,
+                to_kernel(part), step, gradients_, static_cast<int>(level.elements), sampled,
+                cl_int2{{shifts.x, shifts.y}}, shifts.width, scores_buffer_);
   const auto columns = static_cast<std::size_t>(shifts.width), rows = static_cast<std::size_t>(shifts.height);
   const std::size_t items = device_.strips ? (columns + 15) / 16 : columns;
   device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, rows), cl::NDRange(1, 1));

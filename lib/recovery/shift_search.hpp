@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "image/device_image.hpp"
@@ -24,13 +25,10 @@ class ShiftSearch {
 
   /// Shifts by up to `radius` both ways. Waits for the device.
   Result search(const ViewTemplate& view, const DeviceImage& image, int level, int radius);
-  /// Shifts by [x, x + width) x [y, y + height). `scored_pixels`: pixels of the view that shifts are scored with,
-  /// about.
-  Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts,
-                double scored_pixels);
-  /// The same of a part of the view, pixels of the level.
+  /// Shifts by [x, x + width) x [y, y + height). `scored_pixels`: pixels that shifts are scored with, about; `part`: of
+  /// the view, pixels of the level.
   Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts, double scored_pixels,
-                const Rect& part);
+                std::optional<Rect> part = {});
 
  private:
   const Device::Impl& device_;

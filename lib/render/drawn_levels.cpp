@@ -1,7 +1,6 @@
 #include "render/drawn_levels.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "render/mesh_levels.hpp"
 
@@ -9,12 +8,6 @@ namespace holdfast {
 namespace {
 
 std::size_t material_count(const Mesh& mesh) { return std::max<std::size_t>(mesh.materials.size(), 1); }
-
-MeshLevel whole(const Mesh& mesh) {
-  MeshLevel level{{}, mesh.texture_coordinates, mesh.triangles, mesh.triangle_materials, 0};
-  for (const Eigen::Vector3f& p : mesh.positions) level.positions.emplace_back(p.cast<double>());
-  return level;
-}
 
 std::vector<Vertex> make_vertices(const MeshLevel& level, const Eigen::Vector3d& center) {
   std::vector<Vertex> vertices(level.positions.size());
@@ -70,26 +63,28 @@ std::vector<Vertex> used_vertices(const std::vector<Vertex>& vertices, std::vect
   return used;
 }
 
+DrawnLevel as_drawn(const MeshLevel& level, const std::vector<Vertex>& vertices, const Mesh& mesh) {
+  DrawnLevel drawn;
+  drawn.indices = make_indices(level, material_count(mesh), drawn.batches);
+  drawn.vertices = used_vertices(vertices, drawn.indices);
+  drawn.deviation = level.deviation;
+  return drawn;
+}
+
 }  // namespace
 
 DrawnLevel drawn_mesh(const Mesh& mesh, const Eigen::Vector3d& center) {
-  const MeshLevel level = whole(mesh);
-  DrawnLevel drawn;
-  std::vector<Vertex> vertices = make_vertices(level, center);
+  MeshLevel whole{{}, mesh.texture_coordinates, mesh.triangles, mesh.triangle_materials, 0};
+  for (const Eigen::Vector3f& p : mesh.positions) whole.positions.emplace_back(p.cast<double>());
+  std::vector<Vertex> vertices = make_vertices(whole, center);
   for (std::size_t i = 0; i < mesh.colors.size(); ++i) vertices[i].color = mesh.colors[i];
-  drawn.indices = make_indices(level, material_count(mesh), drawn.batches);
-  drawn.vertices = used_vertices(vertices, drawn.indices);
-  return drawn;
+  return as_drawn(whole, vertices, mesh);
 }
 
 std::vector<DrawnLevel> coarser_levels(const Mesh& mesh, MeshAspect aspect, const Eigen::Vector3d& center) {
   std::vector<DrawnLevel> drawn;
   for (const MeshLevel& level : mesh_levels(mesh, aspect)) {
-    DrawnLevel next;
-    next.indices = make_indices(level, material_count(mesh), next.batches);
-    next.vertices = used_vertices(make_vertices(level, center), next.indices);
-    next.deviation = level.deviation;
-    drawn.push_back(std::move(next));
+    drawn.push_back(as_drawn(level, make_vertices(level, center), mesh));
   }
   return drawn;
 }

@@ -20,16 +20,12 @@ namespace holdfast {
   X(buffer_data, PFNGLBUFFERDATAPROC, "glBufferData")                                          \
   X(check_framebuffer_status, PFNGLCHECKFRAMEBUFFERSTATUSPROC, "glCheckFramebufferStatus")     \
   X(clear, PFNGLCLEARPROC, "glClear")                                                          \
-  X(clear_color, PFNGLCLEARCOLORPROC, "glClearColor")                                          \
-  X(clear_depth, PFNGLCLEARDEPTHPROC, "glClearDepth")                                          \
   X(compile_shader, PFNGLCOMPILESHADERPROC, "glCompileShader")                                 \
   X(create_program, PFNGLCREATEPROGRAMPROC, "glCreateProgram")                                 \
   X(create_shader, PFNGLCREATESHADERPROC, "glCreateShader")                                    \
   X(delete_shader, PFNGLDELETESHADERPROC, "glDeleteShader")                                    \
   X(delete_textures, PFNGLDELETETEXTURESPROC, "glDeleteTextures")                              \
   X(color_mask, PFNGLCOLORMASKPROC, "glColorMask")                                             \
-  X(cull_face, PFNGLCULLFACEPROC, "glCullFace")                                                \
-  X(depth_func, PFNGLDEPTHFUNCPROC, "glDepthFunc")                                             \
   X(disable, PFNGLDISABLEPROC, "glDisable")                                                    \
   X(draw_elements, PFNGLDRAWELEMENTSPROC, "glDrawElements")                                    \
   X(front_face, PFNGLFRONTFACEPROC, "glFrontFace")                                             \

@@ -1,7 +1,5 @@
 #include "render/gl_library.hpp"
 
-#include <dlfcn.h>
-
 #include "holdfast/error.hpp"
 
 namespace holdfast {
@@ -19,7 +17,5 @@ void* open_gl_library(std::initializer_list<const char*> names) {
   }
   fail_context(reason);
 }
-
-void* gl_library_symbol(void* library, const char* name) { return dlsym(library, name); }
 
 }  // namespace holdfast

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <dlfcn.h>
+
 #include <initializer_list>
 #include <string>
 
@@ -9,18 +11,12 @@ namespace holdfast {
 /// threads that outlive contexts. Throws Error(renderer) with what the loader says of the first.
 void* open_gl_library(std::initializer_list<const char*> names);
 
-/// A function's address, null where the library lacks it.
-void* gl_library_symbol(void* library, const char* name);
-
-/// Throws Error(renderer) where the library lacks it.
-template <typename Function>
-Function required_symbol(void* library, const char* name);
-
 [[noreturn]] void fail_context(const std::string& message);
 
+/// A function's address. Throws Error(renderer) where the library lacks it.
 template <typename Function>
 Function required_symbol(void* library, const char* name) {
-  void* address = gl_library_symbol(library, name);
+  void* address = dlsym(library, name);
   if (address == nullptr) fail_context(std::string("it has no ") + name);
   return reinterpret_cast<Function>(address);
 }

@@ -54,10 +54,11 @@ Program link(const GlFunctions& gl, const std::string& variant) {
 
 GlPrograms::GlPrograms(const GlFunctions& gl, int texture_samples) {
   const std::string textured = texture_samples == 1 ? "TEXTURED" : "TEXTURED\n#define SUPERSAMPLED";
-  const auto link_all = [&](const std::string& light) -> std::array<Program, kAppearances> {
+  const auto link_all = [&](const std::string& light) -> std::array<Program, 3> {
     return {link(gl, textured + light), link(gl, "VERTEX_COLORED" + light), link(gl, "UNKNOWN" + light)};
   };
-  programs_ = {link_all(""), link_all("\n#define SHADED")};
+  plain_ = link_all("");
+  shaded_ = link_all("\n#define SHADED");
 }
 
 }  // namespace holdfast

@@ -18,23 +18,19 @@ struct Program {
   GLint shading = -1;
 };
 
-/// What becomes of a surface's colour.
-enum class Lighting { none, shaded };
-
 /// The shaders that surface is drawn with.
 class GlPrograms {
  public:
   /// `texture_samples`: RendererOptions'. Throws Error(renderer) with the compiler's log when one does not compile.
   GlPrograms(const GlFunctions& gl, int texture_samples);
 
-  const Program& of(Appearance appearance, Lighting lighting = Lighting::none) const {
-    return programs_[static_cast<std::size_t>(lighting)][static_cast<std::size_t>(appearance)];
+  /// `shaded`: light falls on the surface.
+  const Program& of(Appearance appearance, bool shaded = false) const {
+    return (shaded ? shaded_ : plain_)[static_cast<std::size_t>(appearance)];
   }
 
  private:
-  static constexpr std::size_t kAppearances = 3, kLightings = 2;
-
-  std::array<std::array<Program, kAppearances>, kLightings> programs_;
+  std::array<Program, 3> plain_, shaded_;  ///< one an appearance
 };
 
 }  // namespace holdfast

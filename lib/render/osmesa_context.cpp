@@ -17,10 +17,6 @@ using DestroyContext = void (*)(OsMesaHandle context);
 using MakeCurrent = GLboolean (*)(OsMesaHandle context, void* buffer, GLenum type, GLsizei width, GLsizei height);
 using GetProcAddress = VoidFunction (*)(const char* name);
 
-constexpr int kFormat = 0x22;
-constexpr int kDepthBits = 0x30;
-constexpr int kStencilBits = 0x31;
-constexpr int kAccumulationBits = 0x32;
 constexpr int kProfile = 0x33;
 constexpr int kCoreProfile = 0x34;
 constexpr int kMajorVersion = 0x36;
@@ -35,23 +31,8 @@ class OsMesaContext final : public GlContext {
     destroy_ = required_symbol<DestroyContext>(library, "OSMesaDestroyContext");
     make_current_ = required_symbol<MakeCurrent>(library, "OSMesaMakeCurrent");
 
-    // No depth, stencil or accumulation buffer: drawing goes to framebuffer objects, never to the default buffer.
-    constexpr std::array<int, 16> attributes = {kFormat,
-                                                GL_RGBA,
-                                                kDepthBits,
-                                                0,
-                                                kStencilBits,
-                                                0,
-                                                kAccumulationBits,
-                                                0,
-                                                kProfile,
-                                                kCoreProfile,
-                                                kMajorVersion,
-                                                3,
-                                                kMinorVersion,
-                                                3,
-                                                0,
-                                                0};
+    // Without a depth, stencil or accumulation buffer, as is its default: drawing goes to framebuffer objects.
+    constexpr std::array<int, 8> attributes = {kProfile, kCoreProfile, kMajorVersion, 3, kMinorVersion, 3, 0, 0};
     context_ = create(attributes.data(), nullptr);
     if (context_ == nullptr) fail_context("it makes no OpenGL 3.3 core context");
     if (const char* missing = gl_.load(get_address)) {

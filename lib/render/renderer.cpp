@@ -70,14 +70,11 @@ void check(const RendererOptions& options) {
   }
 }
 
+/// Where what is wanted differs from what a new context has.
 void set_up(const GlFunctions& gl) {
   gl.enable(GL_DEPTH_TEST);
-  gl.depth_func(GL_LESS);
   gl.disable(GL_DITHER);
-  gl.cull_face(GL_BACK);
   gl.front_face(GL_CW);  // rows run downwards (see projection())
-  gl.clear_color(0, 0, 0, 0);
-  gl.clear_depth(1);
 }
 
 /// The mesh and, where fewer triangles may be drawn, ever coarser levels of it.
@@ -199,13 +196,13 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
   const Geometry& level = geometry.view(deviation_pixels * pixel);
   gl.bind_vertex_array(level.vertex_array);
   const Eigen::Matrix4f camera_from_object = T_camera_center.matrix().cast<float>();
-  const Lighting lighting = shading.isZero() ? Lighting::none : Lighting::shaded;
+  const bool shaded = !shading.isZero();
   for (const Batch& batch : level.batches) {
     const Appearance look = appearance(batch.material);
-    const Program& program = programs.of(look, lighting);
+    const Program& program = programs.of(look, shaded);
     gl.use_program(program.name);
     gl.uniform_matrix4(program.clip_from_object, 1, GL_FALSE, clip_from_object.data());
-    if (lighting != Lighting::none) {
+    if (shaded) {
       gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
       gl.uniform3(program.shading, 1, shading.data());
     }

@@ -19,20 +19,9 @@ void FlowConstraints::enqueue(const ViewTemplate& view, const OcclusionTest& occ
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
   tiles_ = planes.tiles;
-  kernel_.setArg(0, planes.value);
-  kernel_.setArg(1, planes.dx);
-  kernel_.setArg(2, planes.dy);
-  kernel_.setArg(3, static_cast<int>(level.elements));
-  kernel_.setArg(4, planes.depth);
-  kernel_.setArg(5, level.layout);
-  kernel_.setArg(6, planes.tiles);
-  kernel_.setArg(7, occlusion.samples());
-  kernel_.setArg(8, occlusion.classes(level_index));
-  kernel_.setArg(9, constraints);
-  kernel_.setArg(10, photometry);
-  kernel_.setArg(11, level.cells_x());
-  kernel_.setArg(12, classes_[static_cast<std::size_t>(level_index)]);
-  kernel_.setArg(13, sums_);
+  set_arguments(kernel_, planes.value, planes.dx, planes.dy, static_cast<int>(level.elements), planes.depth,
+                level.layout, planes.tiles, occlusion.samples(), occlusion.classes(level_index), constraints,
+                photometry, level.cells_x(), classes_[static_cast<std::size_t>(level_index)], sums_);
   device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);
 }
 

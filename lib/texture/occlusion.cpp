@@ -8,10 +8,7 @@ kernel::hf_warp make_warp(const Camera& camera, const Pose& D, const Eigen::Vect
                           const Rect& valid) {
   kernel::hf_warp warp{};
   to_rows(D, warp.d);
-  warp.fx = static_cast<float>(camera.fx);
-  warp.fy = static_cast<float>(camera.fy);
-  warp.cx = static_cast<float>(camera.cx);
-  warp.cy = static_cast<float>(camera.cy);
+  set_intrinsics(warp, camera);
   // Jacobian of the warp at the object's centre, for a surface that faces the camera there.
   const double z = p_camera_center.z();
   const Eigen::Vector3d q = D * p_camera_center;
@@ -60,20 +57,9 @@ void OcclusionTest::enqueue(const ViewTemplate& view, const DeviceImage& image, 
                             const kernel::hf_warp& warp, const kernel::hf_tests& tests, const cl::Buffer& photometry) {
   const Level& level = levels_[static_cast<std::size_t>(level_index)];
   const ViewTemplate::Planes& planes = view.planes(level_index);
-  kernel_.setArg(0, planes.dx);
-  kernel_.setArg(1, planes.dy);
-  kernel_.setArg(2, static_cast<int>(level.elements));
-  kernel_.setArg(3, planes.depth);
-  kernel_.setArg(4, planes.usable);
-  kernel_.setArg(5, level.layout);
-  kernel_.setArg(6, planes.tiles);
-  kernel_.setArg(7, image.blurred(level_index));
-  kernel_.setArg(8, warp);
-  kernel_.setArg(9, tests);
-  kernel_.setArg(10, photometry);
-  kernel_.setArg(11, level.cells_x());
-  kernel_.setArg(12, samples_);
-  kernel_.setArg(13, classes_[static_cast<std::size_t>(level_index)]);
+  set_arguments(kernel_, planes.dx, planes.dy, static_cast<int>(level.elements), planes.depth, planes.usable,
+                level.layout, planes.tiles, image.blurred(level_index), warp, tests, photometry, level.cells_x(),
+                samples_, classes_[static_cast<std::size_t>(level_index)]);
   device_.enqueue_tiles(kernel_, planes.tiles.width, planes.tiles.height);
 }
 

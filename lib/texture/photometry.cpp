@@ -42,6 +42,8 @@ struct Moments {
   }
 };
 
+std::size_t count(const kernel::hf_rect& tiles) { return static_cast<std::size_t>(tiles.width * tiles.height); }
+
 const float* cell_sums(const FlowConstraints& constraints, std::size_t tile, int cell) {
   return constraints.tile_sums().data() + tile * HF_SUM_STRIDE + HF_SUM_PHOTO +
          static_cast<std::size_t>(cell * HF_CELL_SUMS);
@@ -58,15 +60,15 @@ struct TileLight {
   bool any = false;
 
   /// `edges`: to_dark is wanted too.
-  TileLight(const FlowConstraints& constraints, const kernel::hf_constraints& k, const ConstraintSums& sums, int column,
-            int row, bool edges) {
+  TileLight(const FlowConstraints& constraints, const kernel::hf_constraints& k, const ConstraintSums& sums,
+            std::size_t tile, bool edges) {
     const kernel::hf_rect tiles = constraints.tiles();
+    const int column = static_cast<int>(tile) % tiles.width, row = static_cast<int>(tile) / tiles.width;
     const double variance = std::max(sums.weighted_square / sums.rows, 1e-6);
     const double prior_gain = variance / (kGainDeviation * kGainDeviation);
     const double prior_bias = variance / (kBiasDeviation * kBiasDeviation);
     const Eigen::Vector3d center(k.center[0], k.center[1], k.center[2]);
     const double radius = k.radius, fx = k.fx, fy = k.fy, cx = k.cx, cy = k.cy;
-    const auto tile = static_cast<std::size_t>(row * tiles.width + column);
     for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
       B[c].setZero();
       C[c] << prior_gain, 0, 0, prior_bias;
@@ -132,25 +134,9 @@ Photometry::Photometry(const Device::Impl& device, const std::vector<Level>& lev
     moments_.resize(std::max(moments_.size(), count * HF_CELL_SUMS));
   }
   blurred_.resize(moments_.size());
-  reset();
-}
-
-void Photometry::reset() {
-  gain_.fill(1);
-  bias_.fill(0);
-  for (std::size_t l = 0; l < cells_.size(); ++l) {
-    start_level(static_cast<int>(l), {0, 0, levels_[l].tiles_x(), levels_[l].tiles_y()});
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    start_level(static_cast<int>(l), {0, 0, levels[l].tiles_x(), levels[l].tiles_y()});
   }
-}
-
-double Photometry::view_redrawn(const Drawn& before, const Drawn& now) {
-  if (!(before.deviation > 0 && now.deviation > 0)) return 1;
-  const double factor = before.deviation / now.deviation;
-  for (std::size_t c = 0; c < gain_.size(); ++c) {
-    bias_[c] += gain_[c] * (before.mean - factor * now.mean);
-    gain_[c] *= factor;
-  }
-  return factor;
 }
 
 void Photometry::forget_cells() {
@@ -179,27 +165,11 @@ void Photometry::start_level(int level, const kernel::hf_rect& tiles, int from_l
         std::copy(coarse, coarse + 2 * HF_CHANNELS, pair);
         continue;
       }
-      set_object_pair(pair);
+      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+        pair[c] = static_cast<float>(gain_[c]);
+        pair[HF_CHANNELS + c] = static_cast<float>(bias_[c]);
+      }
     }
-  }
-}
-
-void Photometry::fill_missing(int level, const kernel::hf_rect& tiles) {
-  LevelCells& cells = cells_[static_cast<std::size_t>(level)];
-  const int stride = levels_[static_cast<std::size_t>(level)].cells_x();
-  for (int cy = tiles.y * kCellsPerTile; cy < (tiles.y + tiles.height) * kCellsPerTile; ++cy) {
-    for (int cx = tiles.x * kCellsPerTile; cx < (tiles.x + tiles.width) * kCellsPerTile; ++cx) {
-      if (!has(level, cx, cy))
-        set_object_pair(&cells.pairs[static_cast<std::size_t>(HF_CELL_PAIRS * (cy * stride + cx))]);
-    }
-  }
-  cells.tiles = tiles;
-}
-
-void Photometry::set_object_pair(float* pair) const {
-  for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-    pair[c] = static_cast<float>(gain_[c]);
-    pair[HF_CHANNELS + c] = static_cast<float>(bias_[c]);
   }
 }
 
@@ -240,8 +210,8 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
       float* moments = moments_.data() + static_cast<std::size_t>(row * columns + column) * kMoments;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         std::copy(sums + c * HF_PHOTO, sums + c * HF_PHOTO + 6, moments + c * 6);
+        object[c].add(sums + c * HF_PHOTO);
       }
-      for (std::size_t c = 0; c < HF_CHANNELS; ++c) object[c].add(sums + c * HF_PHOTO);
     }
   }
   for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
@@ -272,16 +242,13 @@ void Photometry::update(int level, const FlowConstraints& constraints) {
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
                            ConstraintSums& sums) const {
   if (!eliminates() || sums.rows <= 0) return;
-  const kernel::hf_rect tiles = constraints.tiles();
-  for (int row = 0; row < tiles.height; ++row) {
-    for (int column = 0; column < tiles.width; ++column) {
-      const TileLight light(constraints, k, sums, column, row, false);
-      if (!light.any) continue;
-      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        const Matrix62 BC = light.B[c] * light.C[c].inverse();
-        sums.A -= BC * light.B[c].transpose();
-        sums.h -= BC * light.d[c];
-      }
+  for (std::size_t i = 0; i < count(constraints.tiles()); ++i) {
+    const TileLight light(constraints, k, sums, i, false);
+    if (!light.any) continue;
+    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+      const Matrix62 BC = light.B[c] * light.C[c].inverse();
+      sums.A -= BC * light.B[c].transpose();
+      sums.h -= BC * light.d[c];
     }
   }
   sums.beside_light = left_beside_light(sums.A, sums.A_rows);
@@ -293,18 +260,15 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
 void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_constraints& k,
                            const ConstraintSums& sums, std::span<TileEquations> equations) const {
   if (!eliminates() || sums.rows <= 0) return;
-  const kernel::hf_rect tiles = constraints.tiles();
-  for (int row = 0; row < tiles.height; ++row) {
-    for (int column = 0; column < tiles.width; ++column) {
-      TileEquations& tile = equations[static_cast<std::size_t>(row * tiles.width + column)];
-      const TileLight light(constraints, k, sums, column, row, true);
-      if (!light.any || !tile.informative) continue;
-      for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-        const Matrix62 BC = light.B[c] * light.C[c].inverse();
-        tile.A -= BC * light.B[c].transpose();
-        tile.h -= BC * light.d[c];
-        tile.to_dark += gain_[c] * light.to_dark[c];
-      }
+  for (std::size_t i = 0; i < equations.size(); ++i) {
+    TileEquations& tile = equations[i];
+    const TileLight light(constraints, k, sums, i, true);
+    if (!light.any || !tile.informative) continue;
+    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
+      const Matrix62 BC = light.B[c] * light.C[c].inverse();
+      tile.A -= BC * light.B[c].transpose();
+      tile.h -= BC * light.d[c];
+      tile.to_dark += gain_[c] * light.to_dark[c];
     }
   }
   if (sums.beside_light.isIdentity(0)) return;
@@ -326,10 +290,8 @@ void Photometry::enqueue_upload(int level, const kernel::hf_rect& tiles) {
 }
 
 double Photometry::correlation(const FlowConstraints& constraints) {
-  const kernel::hf_rect tiles = constraints.tiles();
   double vv = 0, ii = 0, vi = 0;
-  const std::size_t count = static_cast<std::size_t>(tiles.width) * static_cast<std::size_t>(tiles.height);
-  for (std::size_t tile = 0; tile < count; ++tile) {
+  for (std::size_t tile = 0; tile < count(constraints.tiles()); ++tile) {
     for (int cell = 0; cell < kCellsPerTile * kCellsPerTile; ++cell) {
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         Moments moments;

@@ -26,9 +26,6 @@ class Photometry {
  public:
   Photometry(const Device::Impl& device, const std::vector<Level>& levels, bool enabled);
 
-  /// Gain 1, bias 0.
-  void reset();
-
   /// The object's own gain and bias a channel.
   struct ObjectPair {
     std::array<double, HF_CHANNELS> gain{1, 1, 1}, bias{0, 0, 0};
@@ -44,24 +41,12 @@ class Photometry {
     for (double& gain : gain_) gain /= factor;
   }
 
-  /// Brightness of a view's pixels, in [0, 1].
-  struct Drawn {
-    double mean = 0, deviation = 0;
-  };
-
-  /// The view is drawn differently from now on: the object's pair makes of its brightness `now` what it made of the one
-  /// `before`. Returns the factor that the gain changes by.
-  double view_redrawn(const Drawn& before, const Drawn& now);
-
   /// No level has cells of its own any more: before a frame.
   void forget_cells();
 
   /// Fills the cells of these tiles of a level with the object's pair, or with what their place has on the coarser
   /// level `from_level`, as far as the last view there reached.
   void start_level(int level, const kernel::hf_rect& tiles, int from_level = -1);
-
-  /// The same for those of these tiles alone that the last view there did not reach.
-  void fill_missing(int level, const kernel::hf_rect& tiles);
 
   /// Takes new pairs from the sums of the last iteration. No-op when not enabled.
   void update(int level, const FlowConstraints& constraints);
@@ -98,7 +83,6 @@ class Photometry {
   /// Whether the last view of a level filled this cell.
   bool has(int level, int cell_x, int cell_y) const;
 
-  void set_object_pair(float* cell) const;
   void blur_moments(int columns, int rows);
 
   const Device::Impl& device_;

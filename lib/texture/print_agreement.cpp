@@ -28,11 +28,9 @@ bool PrintAgreement::missing() const {
 PrintAgreement print_agreement(const Device::Impl& device, const ViewTemplate& view, const DeviceImage& image,
                                const Level& level) {
   const ViewTemplate::Planes& planes = view.planes(level.index);
-  const int left = planes.tiles.x * HF_TILE, top = planes.tiles.y * HF_TILE;
-  const int width = planes.tiles.width * HF_TILE, height = planes.tiles.height * HF_TILE;
-  if (width <= 0 || height <= 0) return {};
-  const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
-  const Rect rect{left, top, width, height};
+  const Rect rect = planes.drawn();
+  if (rect.empty()) return {};
+  const auto w = static_cast<std::size_t>(rect.width), h = static_cast<std::size_t>(rect.height);
   std::vector<unsigned char> usable(w * h);
   read_rect(device, planes.usable, level, rect, 1, usable.data());
   std::vector<float> frame(HF_PIXEL * w * h);
@@ -45,10 +43,10 @@ PrintAgreement print_agreement(const Device::Impl& device, const ViewTemplate& v
   const Rect& valid = image.valid(level.index);
   PrintAgreement result;
   double both = 0, of_view = 0, of_frame = 0;
-  for (int y = 1; y + 1 < height; ++y) {
-    for (int x = 1; x + 1 < width; ++x) {
+  for (int y = 1; y + 1 < rect.height; ++y) {
+    for (int x = 1; x + 1 < rect.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * w + static_cast<std::size_t>(x);
-      const int px = left + x, py = top + y;
+      const int px = rect.x + x, py = rect.y + y;
       if (usable[i] != HF_USED || px < valid.x || py < valid.y || px >= valid.x + valid.width ||
           py >= valid.y + valid.height) {
         continue;

@@ -72,10 +72,7 @@ kernel::hf_constraints TextureModality::constraint_options(const TextureRequest&
   kernel::hf_constraints k{};
   for (int i = 0; i < 3; ++i) k.center[i] = static_cast<float>(conditioning.p_camera_center(i));
   k.radius = static_cast<float>(conditioning.radius);
-  k.fx = static_cast<float>(levels_[l].camera.fx);
-  k.fy = static_cast<float>(levels_[l].camera.fy);
-  k.cx = static_cast<float>(levels_[l].camera.cx);
-  k.cy = static_cast<float>(levels_[l].camera.cy);
+  set_intrinsics(k, levels_[l].camera);
   k.every = request.row_stride;
   k.block_vote = tuning_.occlusion.block_vote ? 1 : 0;
   k.vote_radius = std::max(1, HF_VOTE_RADIUS - request.level);
@@ -130,16 +127,18 @@ TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceIm
   if (request.unobservable) {
     remove_unobservable(view, request.level, terms);
   } else {
-    set_equations(view, terms, sums.A, sums.h);
+    set_equations(view, terms);
   }
   return terms;
 }
 
-void TextureModality::set_equations(const ViewTemplate& view, TextureTerms& terms, const Matrix6& A,
-                                    const Twist& h) const {
+void TextureModality::set_equations(const ViewTemplate& view, TextureTerms& terms) const {
   const double factor =
       terms.reliability / std::max(1e-12, rows_per_observation() * terms.sums.weighted_square / terms.sums.rows);
-  terms.equations = NormalEquations::from_camera_axes(factor * A, factor * h, view.T_camera_object());
+  const UnobservableMotions& hidden = terms.unobservable;
+  const Twist h = hidden.observable.transpose() * terms.sums.h;
+  terms.equations =
+      NormalEquations::from_camera_axes(factor * hidden.of(terms.sums.A), factor * h, view.T_camera_object());
 }
 
 void TextureModality::remove_unobservable(const ViewTemplate& view, int level, TextureTerms& terms) {
@@ -153,11 +152,7 @@ void TextureModality::remove_unobservable(const ViewTemplate& view, int level, T
       unobservable_motions(sums.A_rows, noise_information(constraints_.tile_sums(), constraints_.tiles(),
                                                           levels_[static_cast<std::size_t>(level)].camera,
                                                           conditioning(view), noise_square, grey_ ? 1 : HF_CHANNELS));
-  if (terms.unobservable.count == 0) {
-    set_equations(view, terms, sums.A, sums.h);
-  } else {
-    set_equations(view, terms, terms.unobservable.of(sums.A), terms.unobservable.observable.transpose() * sums.h);
-  }
+  set_equations(view, terms);
 }
 
 Matrix6 TextureModality::covariance(const ViewTemplate& view, const TextureTerms& terms, const Twist& last_step_camera,

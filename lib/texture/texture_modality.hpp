@@ -86,7 +86,7 @@ class TextureModality {
 
  private:
   double rows_per_observation() const;
-  void set_equations(const ViewTemplate& view, TextureTerms& terms, const Matrix6& A, const Twist& h) const;
+  void set_equations(const ViewTemplate& view, TextureTerms& terms) const;
   void enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D, const TextureRequest& request,
                const TextureState& state);
   kernel::hf_constraints constraint_options(const TextureRequest& request, const Conditioning& conditioning,

@@ -65,13 +65,6 @@ cl::Buffer zeroed(const Device::Impl& device, const Level& level, std::size_t ch
   return device.zeroed_buffer((level.elements + kGuardFloats) * channels * sizeof(T));
 }
 
-/// Buffers must live until the kernel is enqueued: as arguments they are not retained.
-template <typename... Values>
-void set_arguments(cl::Kernel& kernel, const Values&... values) {
-  cl_uint index = 0;
-  (kernel.setArg(index++, values), ...);
-}
-
 using KernelCheck = void (*)(const Device::Impl& device, Size size);
 
 /// On each partition; on HOLDFAST_TEST_PARTITION's alone where that is set: rusticl takes many minutes to compile

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <initializer_list>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "holdfast/device.hpp"
 
@@ -15,16 +17,13 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kRoom = std::uintmax_t{16} << 20;  // bytes, of all of Holdfast's kernels and what they leave
 
-/// As PoCL looks for it.
-fs::path pocl_cache() {
-  const auto variable = [](const char* name) -> fs::path {
-    const char* value = std::getenv(name);
-    return value != nullptr ? value : "";
-  };
-  if (const fs::path folder = variable("POCL_CACHE_DIR"); !folder.empty()) return folder;
-  if (const fs::path folder = variable("XDG_CACHE_HOME"); !folder.empty()) return folder / "pocl" / "kcache";
-  if (const fs::path folder = variable("HOME"); !folder.empty()) return folder / ".cache" / "pocl" / "kcache";
-  return "/tmp/pocl/kcache";
+/// What the first of these variables that is set names, or a folder below that; empty where none is.
+fs::path first_of(std::initializer_list<std::pair<const char*, const char*>> places) {
+  for (const auto& [variable, below] : places) {
+    const char* value = std::getenv(variable);
+    if (value != nullptr && *value != '\0') return *below != '\0' ? fs::path(value) / below : fs::path(value);
+  }
+  return {};
 }
 
 bool can_be_written(const fs::path& folder) {
@@ -46,8 +45,15 @@ bool can_be_written(const fs::path& folder) {
 
 }  // namespace
 
+fs::path default_cache_folder() {
+  return first_of({{"HOLDFAST_CACHE_DIR", ""}, {"XDG_CACHE_HOME", "holdfast"}, {"HOME", ".cache/holdfast"}});
+}
+
 std::optional<fs::path> unwritable_pocl_cache() {
-  const fs::path folder = pocl_cache();
+  // As PoCL looks for it.
+  fs::path folder =
+      first_of({{"POCL_CACHE_DIR", ""}, {"XDG_CACHE_HOME", "pocl/kcache"}, {"HOME", ".cache/pocl/kcache"}});
+  if (folder.empty()) folder = "/tmp/pocl/kcache";
   return can_be_written(folder) ? std::nullopt : std::optional(folder);
 }
 
