@@ -1,9 +1,12 @@
 #include "device/zeroed_memory.hpp"
 
-#include <sys/mman.h>
-
 #include <cstdint>
+#include <cstdlib>
 #include <new>
+
+#if __has_include(<sys/mman.h>)
+#include <sys/mman.h>
+#endif
 
 namespace holdfast {
 namespace {
@@ -18,6 +21,7 @@ void* aligned(void* memory, std::size_t alignment) {
 
 }  // namespace
 
+#ifdef MADV_HUGEPAGE
 // Mapped, not from the heap, whose freed parts would have to be cleared and so touched. Large pages, where there are
 // such, are touched less often: the first frame that covers them waits less.
 ZeroedMemory::ZeroedMemory(std::size_t bytes) : mapped_bytes_(bytes + kLargePage) {
@@ -28,5 +32,14 @@ ZeroedMemory::ZeroedMemory(std::size_t bytes) : mapped_bytes_(bytes + kLargePage
 }
 
 ZeroedMemory::~ZeroedMemory() { munmap(mapped_, mapped_bytes_); }
+#else
+ZeroedMemory::ZeroedMemory(std::size_t bytes) : mapped_bytes_(bytes + kPage) {
+  mapped_ = std::calloc(mapped_bytes_, 1);
+  if (mapped_ == nullptr) throw std::bad_alloc();
+  data_ = aligned(mapped_, kPage);
+}
+
+ZeroedMemory::~ZeroedMemory() { std::free(mapped_); }
+#endif
 
 }  // namespace holdfast

@@ -16,7 +16,7 @@ class ZeroedMemory {
   void* data() const { return data_; }
 
  private:
-  void* mapped_;  ///< as the system gave it
+  void* mapped_;  ///< as the system or the heap gave it
   std::size_t mapped_bytes_;
   void* data_;
 };
