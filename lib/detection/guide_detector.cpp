@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "base/turn_lattice.hpp"
+#include "base/turns.hpp"
 #include "detection/contour_template.hpp"
 #include "detection/frame_mat.hpp"
 #include "holdfast/detection.hpp"

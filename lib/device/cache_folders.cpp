@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kRoom = std::uintmax_t{16} << 20;  // bytes, of all of Holdfast's kernels and what they leave
 
-/// What the first of these variables that is set names, or a folder below that; empty where none is.
+/// Folder that the first of these variables that is set names, or one below it; empty where none is set.
 fs::path first_of(std::initializer_list<std::pair<const char*, const char*>> places) {
   for (const auto& [variable, below] : places) {
     const char* value = std::getenv(variable);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::numeric_limits<int>::max();  // kernels count in int
 
-/// What must be so of frames in host and in device memory. Returns the stride, in bytes.
+/// Throws where a frame, in host or in device memory, cannot be read as its fields say. Returns the stride, in bytes.
 template <typename View>
 std::size_t check_frame(const View& frame, const Camera& camera) {
   const auto refuse = [](const std::string& message) { throw Error(ErrorCode::image, message); };

@@ -52,7 +52,7 @@ struct Snapshot {
   std::vector<float> depth;   ///< metres, 0 where empty
 };
 
-/// What draws a mesh as large as the levels' views become.
+/// A renderer of views as large as the levels' become.
 Renderer view_renderer(const Mesh& mesh, const std::vector<Level>& levels, const RendererOptions& options);
 
 /// The model as it looks from a pose: rendered, halved and filtered like the frame, ready to be compared with it.

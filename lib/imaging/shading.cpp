@@ -12,13 +12,13 @@ namespace {
 constexpr double kPriorShare = 0.02, kFirstPriorShare = 0.002;
 /// Of what earlier frames told, what counts on in the next: the less, the more pixels tell of this one.
 constexpr double kLeastMemory = 0.7, kMostMemory = 0.95, kForgettingPixels = 4000;
-/// Of the light, so that none that faces away becomes black.
+/// Largest share of the light that has a direction, so that no surface that faces away becomes black.
 constexpr double kMostDirection = 0.8;
 /// Share that pixels usually differ by.
 constexpr double kUsualDeviation = 0.15;
 constexpr int kRounds = 5;
 constexpr std::size_t kLeastPatches = 10;
-/// Of light from everywhere, what surface that faces away from the other still has.
+/// Light from everywhere, what surface that faces away from the other still has.
 constexpr double kLeastFacing = 1 - kMostDirection;
 /// Of triangles of one face; the faces that may make up an object, and the share of its surface that they must hold.
 constexpr double kSameNormal = 0.998;  // the cosine of 3.6 degrees

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/turn_lattice.hpp"
+#include "base/turns.hpp"
 
 namespace holdfast {
 namespace {

@@ -41,11 +41,6 @@ class Keyframes {
   /// After how many the first comes again.
   int planned() const;
 
-  /// The angle between two poses' rotations, radians.
-  static double turn_between(const Pose& a, const Pose& b) {
-    return rotation_angle(a.linear().transpose() * b.linear());
-  }
-
   /// The rotation about the camera that brings a point of this direction onto the optical axis.
   static Eigen::Matrix3d to_axis(const Eigen::Vector3d& p_camera);
 

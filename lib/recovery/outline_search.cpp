@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/turns.hpp"
 #include "recovery/relocalizer.hpp"
 
 namespace holdfast {
@@ -92,9 +93,7 @@ void OutlineSearch::plan(const Pose& T_last) {
   }
   const std::size_t around = views_.size();
   for (const Pose& T : keyframes_.remembered()) {
-    const auto near = [&](const View& view) {
-      return Keyframes::turn_between(view.T_camera_object, T) < Keyframes::kElsewhere;
-    };
+    const auto near = [&](const View& view) { return turn_between(view.T_camera_object, T) < Keyframes::kElsewhere; };
     if (std::any_of(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(around), near)) continue;
     add_view(on_axis(T.linear()), kMostTurn, kRememberedTwist);
   }
@@ -271,7 +270,7 @@ std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistogram
   for (const Found& near : found) {
     const Pose& T = near.T_camera_object;
     const auto same = [&](const Pose& other) {
-      return Keyframes::turn_between(T, other) < kTurnedApart &&
+      return turn_between(T, other) < kTurnedApart &&
              ((T * extent_.p_object_center) - (other * extent_.p_object_center)).norm() < kApart * extent_.radius;
     };
     if (std::any_of(poses.begin(), poses.end(), same)) continue;

@@ -1,6 +1,5 @@
 #include "render/mesh_levels.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,13 +9,14 @@
 #include <tuple>
 
 #include "base/welded_vertices.hpp"
+#include "render/quadric.hpp"
 
 namespace holdfast {
 namespace {
 
-/// Fewer cost little as they are.
+/// Meshes of fewer triangles cost little as they are; no level has fewer than the second.
 constexpr std::size_t kFewTriangles = 1000, kFewestTriangles = 100;
-/// More are thinned out to so many first.
+/// Meshes of more triangles are thinned out to so many first.
 constexpr std::size_t kManyTriangles = 50000;
 /// Triangles of a level, of those of the one before, per cent.
 constexpr std::size_t kLevelShare = 71;
@@ -28,40 +28,6 @@ constexpr double kFirstPrice = 1e-6;
 constexpr double kTextureWeight = 0.5;
 /// Least cosine between a triangle's normals before and after a step.
 constexpr double kLeastCosine = 0.5;
-/// How strongly a vertex is held where it was in directions in which it may slide at no cost.
-constexpr double kHeld = 1e-4;
-
-using Vector5 = Eigen::Matrix<double, 5, 1>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix5 = Eigen::Matrix<double, 5, 5>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-/// Area-weighted sum of squared distances, of surface and of texture (as metres on the surface), from faces' planes;
-/// of points given by where they are (metres), where their texture is, 1.
-struct Quadric {
-  Matrix6 Q = Matrix6::Zero();
-  double area = 0;
-
-  void operator+=(const Quadric& other) {
-    Q += other.Q;
-    area += other.area;
-  }
-  double mean_square(const Vector6& x) const { return area > 0 ? std::max(0.0, x.dot(Q * x)) / area : 0; }
-
-  /// Of the points at this `height` along `normal` (metres; a zero normal: of all) the one of least distance, near x.
-  Vector6 best_near(const Vector6& x, const Eigen::Vector3d& normal, double height) const {
-    const double held = kHeld * Q.topLeftCorner<5, 5>().trace();
-    if (!(held > 0)) return x;
-    const Eigen::LDLT<Matrix5> A(Q.topLeftCorner<5, 5>() + held * Matrix5::Identity());
-    Vector6 best = x;
-    best.head<5>() = A.solve(held * x.head<5>() - Q.topRightCorner<5, 1>());
-    Vector5 across = Vector5::Zero();
-    across.head<3>() = normal;
-    const Vector5 way = A.solve(across);
-    if (way.dot(across) > 0) best.head<5>() += (height - normal.dot(best.head<3>())) / way.dot(across) * way;
-    return best;
-  }
-};
 
 Eigen::Vector3d cross(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return (b - a).cross(c - a);
@@ -129,7 +95,7 @@ class Simplification {
         if (locked_[from] || taken[from]) continue;
         const std::uint32_t to = nearest(from, taken);
         if (to == from) continue;
-        const Vector6 x = merged(from, to);
+        const Quadric::Vector6 x = merged(from, to);
         const double price = cost(from, to, x);
         if (price > dear || !allowed(from, to, x)) continue;
         merge(from, to, x, price);
@@ -156,7 +122,7 @@ class Simplification {
       if (step.cost > most_deviation * most_deviation) return false;
       steps_.pop();
       if (step.version_from != versions_[step.from] || step.version_to != versions_[step.to]) continue;
-      const Vector6 x = merged(step.from, step.to);
+      const Quadric::Vector6 x = merged(step.from, step.to);
       if (!allowed(step.from, step.to, x)) continue;
       merge(step.from, step.to, x, step.cost);
       for (const std::uint32_t other : neighbours(step.to)) push(step.to, other);
@@ -238,7 +204,7 @@ class Simplification {
     Quadric quadric;
     quadric.area = doubled_area / 6;  // a third each
     const auto add = [&](const Eigen::Vector3d& by_position, const Eigen::Vector2d& by_texture, double constant) {
-      Vector6 form;
+      Quadric::Vector6 form;
       form << by_position, by_texture, constant;
       quadric.Q += quadric.area * form * form.transpose();
     };
@@ -293,7 +259,7 @@ class Simplification {
   }
 
   /// Where both become one; on the other where that is locked.
-  Vector6 merged(std::uint32_t from, std::uint32_t to) const {
+  Quadric::Vector6 merged(std::uint32_t from, std::uint32_t to) const {
     if (locked_[to]) return point(to);
     // What the triangles around both enclose stays as it is (Lindstrom and Turk, 1998): otherwise they cut corners, and
     // the body shrinks.
@@ -319,7 +285,7 @@ class Simplification {
                           faces_one_way ? volume / length : 0);
   }
 
-  double cost(std::uint32_t from, std::uint32_t to, const Vector6& x) const {
+  double cost(std::uint32_t from, std::uint32_t to, const Quadric::Vector6& x) const {
     return std::max(quadrics_[from].mean_square(x), quadrics_[to].mean_square(x));
   }
 
@@ -330,7 +296,7 @@ class Simplification {
   }
 
   /// Whether the triangles around a vertex that the other has no part in stay as they are but for it.
-  bool stay(std::uint32_t vertex, std::uint32_t other, const Vector6& x) const {
+  bool stay(std::uint32_t vertex, std::uint32_t other, const Quadric::Vector6& x) const {
     const Eigen::Vector3d p = x.head<3>();
     const Eigen::Vector2d texture = x.segment<2>(3);
     for (const std::uint32_t triangle : around_[vertex]) {
@@ -346,7 +312,7 @@ class Simplification {
     return true;
   }
 
-  bool allowed(std::uint32_t from, std::uint32_t to, const Vector6& x) const {
+  bool allowed(std::uint32_t from, std::uint32_t to, const Quadric::Vector6& x) const {
     // The two triangles between them go; more common neighbours would leave two triangles back to back.
     const std::vector<std::uint32_t> of_from = neighbours(from), of_to = neighbours(to);
     std::vector<std::uint32_t> common;
@@ -354,7 +320,7 @@ class Simplification {
     return common.size() == 2 && stay(from, to, x) && (locked_[to] || stay(to, from, x));
   }
 
-  void merge(std::uint32_t from, std::uint32_t to, const Vector6& x, double price) {
+  void merge(std::uint32_t from, std::uint32_t to, const Quadric::Vector6& x, double price) {
     worst_ = std::max(worst_, price);
     positions_[to] = x.head<3>();
     texture_[to] = x.segment<2>(3);
@@ -376,8 +342,8 @@ class Simplification {
     ++versions_[to];
   }
 
-  Vector6 point(std::uint32_t vertex) const {
-    Vector6 x;
+  Quadric::Vector6 point(std::uint32_t vertex) const {
+    Quadric::Vector6 x;
     x << positions_[vertex], texture_[vertex], 1;
     return x;
   }

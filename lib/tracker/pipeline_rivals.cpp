@@ -1,6 +1,7 @@
 // A held pose and its mirrored tilt: which of them frames show.
 #include <cmath>
 
+#include "base/turns.hpp"
 #include "recovery/mirrored_tilt.hpp"
 #include "tracker/pipeline.hpp"
 
@@ -14,10 +15,6 @@ constexpr double kOpenTurn = 0.25;
 /// Two starts that lead to poses turned by less than this, radians, are compared again after so many frames.
 constexpr double kOnePose = 0.02;
 constexpr int kOnePosePause = 5;
-
-double turn_between(const Pose& T_a, const Pose& T_b) {
-  return rotation_angle(T_a.linear() * T_b.linear().transpose());
-}
 
 }  // namespace
 

@@ -3,7 +3,12 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "holdfast/pose.hpp"
+
 namespace holdfast {
+
+/// The angle between two poses' rotations, radians.
+inline double turn_between(const Pose& a, const Pose& b) { return rotation_angle(a.linear().transpose() * b.linear()); }
 
 /// Rotation vectors up to a length, radians: a body-centred cubic lattice, the one that covers with the fewest points.
 /// No turn within is farther from all of them than sqrt(5) / 4 of the spacing.
