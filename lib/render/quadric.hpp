@@ -13,7 +13,7 @@ struct Quadric {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   using Matrix5 = Eigen::Matrix<double, 5, 5>;
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  /// How strongly a vertex is held where it was in directions in which it may slide at no cost.
+  /// Share of Q's trace that holds a vertex where it was, for directions in which it may slide at no cost.
   static constexpr double kHeld = 1e-4;
 
   Matrix6 Q = Matrix6::Zero();
@@ -25,7 +25,7 @@ struct Quadric {
   }
   double mean_square(const Vector6& x) const { return area > 0 ? std::max(0.0, x.dot(Q * x)) / area : 0; }
 
-  /// Of the points at this `height` along `normal` (metres; a zero normal: of all) the one of least distance, near x.
+  /// The point of least distance near x, of those at this `height` along `normal` (metres; a zero normal: of all).
   Vector6 best_near(const Vector6& x, const Eigen::Vector3d& normal, double height) const {
     const double held = kHeld * Q.topLeftCorner<5, 5>().trace();
     if (!(held > 0)) return x;
