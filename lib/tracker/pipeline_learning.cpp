@@ -35,10 +35,10 @@ constexpr double kMostlySeen = 0.5;
 constexpr double kMostlyCoherent = 0.45;
 /// Share of the edges that an aligned pose finds, below which the given one is not what was meant.
 constexpr double kAsManyEdges = 0.5;
-/// Mean reliability of texture below which frames do not show it (clay 0.01, brushed metal 0.03, a label of 20 %
-/// contrast, blurred, 0.2 to 0.3), of how many frames, and first ones that do not count.
-constexpr double kUnlike = 0.06;
-constexpr int kLikenessFrames = 10, kFirstFrames = 3;
+/// Mean reliability of texture below which frames do not show it (clay 0.01, brushed metal 0.1, a label of 20 %
+/// contrast, blurred, 0.2 to 0.3), of how many frames at least and at most.
+constexpr double kUnlike = 0.12;
+constexpr int kFewestLikenesses = 2, kMostLikenesses = 10;
 /// Standard deviation of a turn, radians, that the outline says next to nothing of.
 constexpr double kTurnKnown = 0.2;
 
@@ -137,8 +137,8 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
     // What is seen when nothing is in front: rises at once, falls slowly.
     const double gradients = alignment.texture.sums.gradient * alignment.texture.row_stride;
     // The light of single cells, as learned in a first frame, fits any texture to the next.
-    if (usual.held_frames > kFirstFrames && gradients >= kFewGradients) {
-      usual.likeness_frames = std::min(usual.likeness_frames + 1, kLikenessFrames);
+    if (usual.held_frames > 0 && gradients >= kFewGradients) {
+      usual.likeness_frames = std::min(usual.likeness_frames + 1, kMostLikenesses);
       usual.likeness += (alignment.texture.reliability - usual.likeness) / usual.likeness_frames;
     }
     usual.inlier_ratio = std::max(ratio, usual.inlier_ratio + kRatioMemory * (ratio - usual.inlier_ratio));
@@ -185,7 +185,7 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
 void Pipeline::leave_texture(const Alignment& alignment) {
   const UsualEvidence& usual = state_.usual;
   if (!state_.textured || tuning_.paper() || !tuning_.contour) return;
-  if (usual.likeness_frames < kLikenessFrames || usual.likeness > kUnlike) return;
+  if (usual.likeness_frames < kFewestLikenesses || usual.likeness > kUnlike) return;
   // Texture that does not fit may be turned, where the outline tells nothing of a turn.
   const Matrix6 covariance = symmetric_inverse(aligner_.outline_alone(alignment).A + Matrix6::Identity());
   if (largest_deviation(Eigen::Matrix3d(covariance.bottomRightCorner<3, 3>())) > kTurnKnown) return;

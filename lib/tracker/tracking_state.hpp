@@ -26,7 +26,7 @@ struct UsualEvidence {
   double gain = 1;                                ///< of the frame over the texture
   double unobservable = 0;                        ///< share of the frames that leave a motion unobservable
   double frame_ms = 0;                            ///< nominal work of a held frame, running mean (Aligner::nominal_ms)
-  double likeness = 0;                            ///< reliability of texture after the first frames, running mean
+  double likeness = 0;                            ///< reliability of texture after the first frame, running mean
   int likeness_frames = 0;                        ///< that it is a mean of
   int held_frames = 0;
 
