@@ -22,8 +22,8 @@ constexpr double kLeastTrust = 0.2;
 constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Pixels of a snapshot that a place is scored with, about.
 constexpr double kScoredPixels = 200;
-/// Inlier ratio of texture above which the print is there.
-constexpr double kMuchAgrees = 0.3;
+/// Inlier ratio and reliability of texture above which the print is there, half hidden as it may be.
+constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
 /// Turn from the best start, radians, that others are tried with.
 constexpr double kBetweenViews = 0.12;
 /// Of a frame's starts by the outline, those followed to the finest level.
@@ -147,9 +147,8 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
 
 void Pipeline::look_for_print(const Alignment& alignment) {
   if (!state_.textured || tuning_.paper() || !held(alignment)) return;
-  const AcceptanceContext context = this->context(alignment, state_);
-  if (is_held_by_texture(alignment, context) && alignment.texture.inlier_ratio() > kMuchAgrees) return;
-  if (!shows_all(alignment, context.usual_outline)) return;
+  if (alignment.texture.inlier_ratio() > kMuchAgrees && alignment.texture.reliability > kPrintBelieved) return;
+  if (!shows_all(alignment, state_.usual.outline())) return;
   if (!state_.motion.lost() && state_.usual.held_frames > 0) return;  // it has been seen: something may cover it
   const Pose& T = alignment.T_camera_object;
   const int level = state_.finest, around = (filter_.radius() + 4) << level;
