@@ -437,6 +437,22 @@ TEST_CASE("a summary's residuals are in one unit: the texture's, or the contour'
   CHECK(summary_text(summary_of(0)).find("  contour") == std::string::npos);
 }
 
+TEST_CASE("a summary says from which frame on the texture is not used") {
+  const auto text_of = [](int left, bool textured) {
+    SummaryBuilder builder;
+    for (int i = 0; i < 5; ++i) {
+      TrackedFrame tracked = make_frame(i, Status::held, 0);
+      tracked.result.texture.asked = textured && i < left;
+      tracked.result.snapshot.asked = !tracked.result.texture.asked;
+      builder.add(tracked);
+    }
+    return summary_text(builder.summary({}));
+  };
+  CHECK(text_of(3, true).find("not used from frame 3 on") != std::string::npos);
+  CHECK(text_of(5, true).find("  texture") == std::string::npos);
+  CHECK(text_of(0, false).find("  texture") == std::string::npos);
+}
+
 TEST_CASE("progress tells what is known") {
   CHECK(progress_text(120, 455, 0.5) == "120 of 455 frames, 26 %, 240 frames a second, 2 s left");
   CHECK(progress_text(10, 100000, 5) == "10 of 100000 frames, 0 %, 2.0 frames a second, 13:53 h left");

@@ -64,6 +64,8 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
   ++counts_.frames;
   ms_.add(result.ms.total);
   add_times(total_ms_, result.ms);
+  texture_asked_ = texture_asked_ || result.texture.asked;
+  if (texture_asked_ && result.snapshot.asked && !counts_.texture_left) counts_.texture_left = tracked.frame.index;
   const bool lost = result.status == Status::lost;
   if (lost) {
     ++counts_.lost;
@@ -114,6 +116,12 @@ std::string summary_text(const RunSummary& summary) {
   }
   if (summary.held_by_contour > 0) {
     text += fmt::format("  contour  {} of the frames held are held by the contour alone\n", summary.held_by_contour);
+  }
+  if (summary.texture_left) {
+    text += fmt::format(
+        "  texture  not used from frame {} on: the frames hardly show the model's; holdfast show draws it as it is "
+        "read\n",
+        *summary.texture_left);
   }
   const bool all_by_contour = summary.held > 0 && summary.held_by_contour == summary.held;
   text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -23,7 +24,8 @@ struct RunSummary {
   std::int64_t frames = 0;
   std::int64_t held = 0;
   std::int64_t lost = 0;
-  std::int64_t held_by_contour = 0;  ///< of those held
+  std::int64_t held_by_contour = 0;          ///< of those held
+  std::optional<std::int64_t> texture_left;  ///< first frame without the texture, where frames do not show the model's
   std::vector<FrameRange> lost_ranges;
   std::string first_loss_reason;
   bool complete = false;  ///< the input was followed to its end
@@ -63,6 +65,7 @@ class SummaryBuilder {
   RunSummary counts_;
   StageTimes total_ms_;
   bool last_was_lost_ = false;
+  bool texture_asked_ = false;
   RunningMedian ms_;
   /// Of the frames held, in units of their own.
   struct Fit {
