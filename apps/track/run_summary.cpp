@@ -79,11 +79,10 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
     }
   } else {
     ++counts_.held;
-    const bool by_contour = !result.texture.holds && result.contour.holds;
-    counts_.held_by_contour += by_contour;
-    Fit& fit = by_contour ? by_contour_ : by_texture_;
-    fit.residual.add(by_contour ? result.contour.residual : result.texture.residual);
-    fit.used.add(by_contour ? result.contour.near_lines : result.texture.used_pixels);
+    counts_.held_by_contour += !result.texture.holds && result.contour.holds;
+    Fit& fit = result.texture.holds ? by_texture_ : without_texture_;
+    fit.residual.add(result.texture.holds ? result.texture.residual : result.contour.residual);
+    fit.used.add(result.texture.holds ? result.texture.used_pixels : result.contour.near_lines);
   }
   last_was_lost_ = lost;
 }
@@ -93,7 +92,8 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
   summary.complete = !report.interrupted && !report.failure;
   summary.median_ms = ms_.value();
-  const Fit& fit = by_texture_.residual.kept() == 0 ? by_contour_ : by_texture_;
+  summary.by_texture = by_texture_.residual.kept() >= without_texture_.residual.kept();
+  const Fit& fit = summary.by_texture ? by_texture_ : without_texture_;
   summary.median_residual = fit.residual.value();
   summary.median_used_pixels = fit.used.value();
   summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
@@ -123,10 +123,9 @@ std::string summary_text(const RunSummary& summary) {
         "read\n",
         *summary.texture_left);
   }
-  const bool all_by_contour = summary.held > 0 && summary.held_by_contour == summary.held;
   text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,
-                      summary.median_used_pixels, all_by_contour ? "lines across the contour used" : "pixels used",
-                      summary.median_residual, all_by_contour ? " pixels" : "");
+                      summary.median_used_pixels, summary.by_texture ? "pixels used" : "lines across the contour used",
+                      summary.median_residual, summary.by_texture ? "" : " pixels");
   const StageTimes& ms = summary.mean_ms;
   text += fmt::format(
       "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "

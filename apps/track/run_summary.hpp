@@ -28,11 +28,12 @@ struct RunSummary {
   std::optional<std::int64_t> texture_left;  ///< first frame without the texture, where frames do not show the model's
   std::vector<FrameRange> lost_ranges;
   std::string first_loss_reason;
-  bool complete = false;  ///< the input was followed to its end
-  double median_ms = 0;   ///< of tracking, all frames
-  /// Of frames held by their texture, intensity in [0, 1]; where all were held by their contour, pixels; 0: none held.
+  bool complete = false;   ///< the input was followed to its end
+  double median_ms = 0;    ///< of tracking, all frames
+  bool by_texture = true;  ///< of the frames held, at least half are held by their texture
+  /// Of these, intensity in [0, 1]; where most are held without it, of the contour, pixels; 0: none held.
   double median_residual = 0;
-  double median_used_pixels = 0;  ///< of the same frames; by the contour, lines across it
+  double median_used_pixels = 0;  ///< of the same frames; of the contour, lines across it
   double frames_per_second = 0;   ///< of the whole run
   StageTimes mean_ms;             ///< of tracking
   double read_ms = 0;             ///< mean a frame, busy time of the other two parts
@@ -73,7 +74,7 @@ class SummaryBuilder {
     RunningMedian used;
   };
   Fit by_texture_;
-  Fit by_contour_;
+  Fit without_texture_;
 };
 
 /// The summary in a few lines for people.
