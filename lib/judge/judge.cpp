@@ -148,8 +148,10 @@ bool shows_outline(const Alignment& a, const AcceptanceContext& context, double 
   if (outline_score(a, usual) < share) return false;
   // What is left of a long thing at the picture's border tells next to nothing of where it is along itself.
   if (!a.has_texture && a.place_deviation() > kKnownPlace) return false;
-  // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known.
-  if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn) return false;
+  // Where the model has a texture to tell turns by, one that neither texture nor outline show is not known; but a first
+  // pose is given.
+  if (!context.first && a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn)
+    return false;
   if (context.texture_trust <= kTextureLeads) return true;
   const double turn = context.unobservable_usually ? a.observable_turn_deviation() : a.turn_deviation();
   return a.contour.visible_pixels >= kLeastPixelsAlone && !context.jumps && turn <= kSureTurn;
