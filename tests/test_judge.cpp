@@ -422,6 +422,21 @@ TEST_CASE("to be found again by contour and edges most of the contour must be ne
   CHECK(holds(alignment, lost));
 }
 
+TEST_CASE(
+    "a turn that neither texture nor contour shows: held in the first frame, where it is given, and not after it") {
+  Alignment alignment = contour();
+  alignment.has_texture = true;
+  alignment.texture.sums.visible = alignment.texture.sums.gradient = 5000;
+  AcceptanceContext context = by_contour();
+  CHECK(holds(alignment, context));
+  alignment.covariance(4, 4) = 0.3 * 0.3;
+  CHECK(verdict_of(alignment, context).reason == Reason::ambiguous);
+  CHECK_FALSE(holds(alignment, context));
+  context.first = true;
+  CHECK(holds(alignment, context));
+  CHECK(verdict_of(alignment, context).message == "a turn does not show: known to 17 degrees (standard deviation)");
+}
+
 TEST_CASE("what is left of a long thing tells next to nothing of where it is along itself: not held") {
   Alignment alignment = with_edges(0.95);
   alignment.has_texture = false;
