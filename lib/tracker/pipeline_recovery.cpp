@@ -15,6 +15,8 @@ constexpr double kSettledPixels = 1.5;
 /// Share of the usual coarse score below which a candidate is not worth a finer level.
 constexpr double kHopelessScore = 0.1;
 constexpr int kMostCoarseAlignments = 3;
+/// A candidate that moves the object's corners by less than so many pixels from the best pose so far leads there again.
+constexpr double kTriedPixels = 8;
 /// Share of texture in what is usually known, below which the whole picture is not searched by texture.
 constexpr double kLeastTrust = 0.2;
 /// Share of the lines near a found contour that must be near a turned one for the shape to be symmetrical, and the
@@ -116,13 +118,17 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
     aligner_.shift_search().enqueue_gradients(image_, levels.coarsest);
     std::vector<Alignment> starts;
     std::vector<PoseCandidate> kept;
+    const auto leads_there = [&](const Pose& T) {  // what has been tried would be tried in each frame, and little else
+      return best.solved && aligner_.corner_motion(T, best.T_camera_object) < kTriedPixels;
+    };
     for (const PoseCandidate& candidate : candidates) {
+      if (leads_there(candidate.T_camera_object)) continue;
       if (spent() && !starts.empty()) {  // the next frame looks at it
         kept.push_back(candidate);
         continue;
       }
       Alignment start = from_candidate(candidate, levels);
-      if (start.score < kHopelessScore) continue;
+      if (start.score < kHopelessScore || leads_there(start.T_camera_object)) continue;
       kept.push_back({start.T_camera_object, start.score});
       starts.push_back(std::move(start));
     }
