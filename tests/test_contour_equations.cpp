@@ -69,7 +69,7 @@ Twist step_beside_prior(const ContourSums& sums) {
 /// A frame of a shape of one colour before another, as it is drawn from a pose.
 struct PaintedFrame {
   PaintedFrame(const Device& device, const Mesh& mesh, const Pose& T)
-      : filter(device.impl(), 0.8),
+      : filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},

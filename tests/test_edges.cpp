@@ -141,7 +141,7 @@ std::vector<cv::Mat> noise_frames(const Camera& camera) {
 struct Looking {
   explicit Looking(const cv::Mat& grey, const Mesh& mesh = test::block(kSize))
       : levels(make_levels(grey_box().sequence.camera(), 3)),
-        filter(device.impl(), 0.8),
+        filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), levels[0].camera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},

@@ -17,8 +17,7 @@ using reference::Planes;
 
 void check_blur(const Device::Impl& device, Size size) {
   const Level level = level_of(size);
-  const double sigma = 1.2;
-  ImageFilter filter(device, sigma);
+  ImageFilter filter(device);
   const Planes in = random_pixels(size, 7);
   const cl::Buffer in_buffer = upload(device, to_memory(in, level));
   for (const int left : {0, 4}) {  // blocks of the whole image, and blocks that start and end elsewhere
@@ -26,7 +25,7 @@ void check_blur(const Device::Impl& device, Size size) {
     const cl::Buffer blurred = zeroed(device, level, 4);
     filter.enqueue_blur(in_buffer, level, rect, blurred);
     const auto out = download<float>(device, blurred, level.elements * 4);
-    Planes expected = reference::blurred(in, sigma);
+    Planes expected = reference::blurred(in, ImageFilter::kSigma);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
         const bool inside = x >= left && y >= left && x < rect.x + rect.width && y < rect.y + rect.height;
@@ -40,8 +39,7 @@ void check_blur(const Device::Impl& device, Size size) {
 /// Where coverage is known to be 1 everywhere it is not looked at.
 void check_blur_covered(const Device::Impl& device, Size size) {
   const Level level = level_of(size);
-  const double sigma = 1.0;
-  ImageFilter filter(device, sigma);
+  ImageFilter filter(device);
   Planes in = random_pixels(size, 8);
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) in.at(x, y, 3) = 1;
@@ -49,7 +47,7 @@ void check_blur_covered(const Device::Impl& device, Size size) {
   const cl::Buffer in_buffer = upload(device, to_memory(in, level)), blurred = zeroed(device, level, 4);
   filter.enqueue_blur(in_buffer, level, whole(level), blurred, {0, 0, size.width, size.height});
   const auto out = download<float>(device, blurred, level.elements * 4);
-  CHECK(largest_difference(out, level, reference::blurred(in, sigma)) < 2e-6);
+  CHECK(largest_difference(out, level, reference::blurred(in, ImageFilter::kSigma)) < 2e-6);
 }
 
 /// A frame of random bytes as a camera delivers it, and its pixels, all of which are covered.
@@ -73,7 +71,7 @@ std::vector<Recorded> recorded_frames(const Device::Impl& device, Size size) {
                                        {PixelFormat::grey8, 1, {0, -1, -1}}}};
   std::vector<Recorded> all;
   for (const Layout& layout : layouts) {
-    if (!ImageFilter(device, 1.0).reads_frames(layout.format)) {
+    if (!ImageFilter(device).reads_frames(layout.format)) {
       CHECK(!device.strips);
       continue;
     }
@@ -104,15 +102,13 @@ std::vector<Recorded> recorded_frames(const Device::Impl& device, Size size) {
 /// Frames as they come, blurred without being converted.
 void check_blur_frame(const Device::Impl& device, Size size) {
   const Level level = level_of(size);
-  for (const double sigma : {1.0, 1.2}) {  // reaches of 3, written out, and of 4
-    ImageFilter filter(device, sigma);
-    for (const Recorded& recorded : recorded_frames(device, size)) {
-      CAPTURE(static_cast<int>(recorded.format));
-      const cl::Buffer in = upload(device, recorded.bytes), blurred = zeroed(device, level, 4);
-      filter.enqueue_blur(in, recorded.format, recorded.frame, level, whole(level), blurred);
-      const auto out = download<float>(device, blurred, level.elements * 4);
-      CHECK(largest_difference(out, level, reference::blurred(recorded.pixels, sigma)) < 2e-6);
-    }
+  ImageFilter filter(device);
+  for (const Recorded& recorded : recorded_frames(device, size)) {
+    CAPTURE(static_cast<int>(recorded.format));
+    const cl::Buffer in = upload(device, recorded.bytes), blurred = zeroed(device, level, 4);
+    filter.enqueue_blur(in, recorded.format, recorded.frame, level, whole(level), blurred);
+    const auto out = download<float>(device, blurred, level.elements * 4);
+    CHECK(largest_difference(out, level, reference::blurred(recorded.pixels, ImageFilter::kSigma)) < 2e-6);
   }
 }
 
@@ -134,7 +130,7 @@ Planes halved(const Planes& in, const Level& level) {
 /// Frames as they come, halved without being converted.
 void check_halve_frame(const Device::Impl& device, Size size) {
   const auto levels = make_levels(Camera{size.width, size.height, 100, 100, 0, 0, {}}, 2);
-  ImageFilter filter(device, 1.0);
+  ImageFilter filter(device);
   for (const Recorded& recorded : recorded_frames(device, size)) {
     CAPTURE(static_cast<int>(recorded.format));
     const cl::Buffer in = upload(device, recorded.bytes), out = zeroed(device, levels[1], 4);
@@ -147,7 +143,7 @@ void check_halve_frame(const Device::Impl& device, Size size) {
 void check_halve(const Device::Impl& device, Size size) {
   Camera camera{size.width, size.height, 100, 100, 0, 0, {}};
   const auto levels = make_levels(camera, 2);
-  ImageFilter filter(device, 1.0);
+  ImageFilter filter(device);
   const Planes in = random_pixels(size, 9);
   const cl::Buffer in_buffer = upload(device, to_memory(in, levels[0])), out_buffer = zeroed(device, levels[1], 4);
   filter.enqueue_halve(in_buffer, levels[0], whole(levels[1]), levels[1], out_buffer);

@@ -89,7 +89,7 @@ const Camera kCamera{323, 241, 402, 391, 160.3, 118.7, {}};
 /// A ball before the camera in light b: the stages from its frame and its view to patches.
 struct LitBall {
   LitBall(const Device& device, const Mesh& mesh, double gain = 1)
-      : filter(device.impl(), 0.8),
+      : filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         test(device.impl(), levels),

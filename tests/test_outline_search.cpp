@@ -50,7 +50,7 @@ const Camera kCamera{320, 240, 300, 300, 159.5, 119.5, {}};
 struct Scene {
   explicit Scene(const Device& device)
       : mesh(step_shape()),
-        filter(device.impl(), 0.8),
+        filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},

@@ -19,7 +19,7 @@ constexpr int kLevels = 4;
 /// A box in a picture, and what looks for it.
 struct Search : ViewDrawer {
   explicit Search(const Pose& T_seen)
-      : filter(device.impl(), 0.8),
+      : filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},

@@ -28,7 +28,7 @@ struct Scene {
   explicit Scene(const Mesh& model)
       : mesh(model),
         levels(make_levels(kRenderCamera, 2)),
-        filter(device.impl(), 0.8),
+        filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kRenderCamera, levels, filter) {}
 

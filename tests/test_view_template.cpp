@@ -18,7 +18,7 @@ using namespace holdfast::test;
 double tilt_error(const Pose& T_camera_object, int level) {
   const Device device;
   const auto levels = make_levels(kRenderCamera, 2);
-  ImageFilter filter(device.impl(), 1.0);
+  ImageFilter filter(device.impl());
   const Mesh mesh = quad(random_texture(32, 32, 1));
   ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);
   ViewRequest request;
@@ -47,7 +47,7 @@ TEST_CASE("the plane nearest to a flat object drawn is its own, wherever it is a
 TEST_CASE("an object that is a few pixels large has no plane") {
   const Device device;
   const auto levels = make_levels(kRenderCamera, 2);
-  ImageFilter filter(device.impl(), 1.0);
+  ImageFilter filter(device.impl());
   const Mesh mesh = quad(random_texture(32, 32, 1));
   ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);
   ViewRequest request;
@@ -59,7 +59,7 @@ TEST_CASE("an object that is a few pixels large has no plane") {
 TEST_CASE("what is seen of a box has a plane only as far as so much depth about it is allowed") {
   const Device device;
   const auto levels = make_levels(kRenderCamera, 2);
-  ImageFilter filter(device.impl(), 1.0);
+  ImageFilter filter(device.impl());
   Mesh mesh;
   add_box(mesh, {0, 0, 0}, {0.1F, 0.1F, 0.1F});
   ViewTemplate view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter);

@@ -10,7 +10,7 @@
 #define HF_PIXEL 4          /* floats of a filtered pixel: three channels and coverage */
 #define HF_SAMPLES 3        /* planes of warped samples: three channels */
 #define HF_VOTE_RADIUS 4    /* of the largest neighbourhood: 9x9 */
-#define HF_MAX_RADIUS 8     /* largest blur radius, pixels */
+#define HF_BLUR_RADIUS 3    /* pixels that the Gaussian of all images reaches */
 #define HF_BLUR_COLUMNS 128 /* most pixels of the block that an item of the 'strips' partition blurs */
 #define HF_BLUR_ROWS 32
 #define HF_LEAST_COVERAGE 0.45f /* of a sample of the frame: a corner pixel has 0.49 */

@@ -2,28 +2,12 @@
    source are taken apart by channel, so that sixteen pixels are one vector, and summed along; the last rows summed (the
    ring) are then summed across, so that nothing leaves the nearest cache in between. */
 #if HF_STRIPS
-#define RING_ROWS (2 * HF_MAX_RADIUS + 1)
+#define RING_ROWS (2 * HF_BLUR_RADIUS + 1)
 /* Vectors of a block's row and a pixel more on both sides, and of what the blur of that reaches. */
 #define ROW_VECTORS (HF_BLUR_COLUMNS / 16 + 1)
-#define LINE_VECTORS ((16 * ROW_VECTORS + 2 * HF_MAX_RADIUS + 15) / 16)
+#define LINE_VECTORS ((16 * ROW_VECTORS + 2 * HF_BLUR_RADIUS + 15) / 16)
 #define ROW (HF_PIXEL * ROW_VECTORS)
 #define LINE (HF_PIXEL * LINE_VECTORS)
-
-/* The common reaches written out: PoCL 3.1 does not unroll by itself. */
-#define TAP(K, STATEMENT) \
-  if (radius >= K) {      \
-    const int k = K;      \
-    STATEMENT;            \
-  }
-#define FOR_EACH_TAP(STATEMENT)         \
-  {                                     \
-    TAP(1, STATEMENT)                   \
-    TAP(2, STATEMENT)                   \
-    TAP(3, STATEMENT)                   \
-    for (int k = 4; k <= radius; ++k) { \
-      STATEMENT;                        \
-    }                                   \
-  }
 
 /* The item's block of `rect`, whole tiles wide but for the last. */
 INLINE hf_rect block_of(hf_rect rect) {
@@ -39,10 +23,10 @@ INLINE hf_rect block_of(hf_rect rect) {
 }
 
 /* Whether all that the blur of `block` meets lies in `covered`. */
-INLINE int all_covered(hf_rect block, int radius, hf_rect covered) {
-  return block.x - radius >= covered.x && block.y - radius >= covered.y &&
-         block.x + block.width + radius <= covered.x + covered.width &&
-         block.y + block.height + radius <= covered.y + covered.height;
+INLINE int all_covered(hf_rect block, hf_rect covered) {
+  return block.x - HF_BLUR_RADIUS >= covered.x && block.y - HF_BLUR_RADIUS >= covered.y &&
+         block.x + block.width + HF_BLUR_RADIUS <= covered.x + covered.width &&
+         block.y + block.height + HF_BLUR_RADIUS <= covered.y + covered.height;
 }
 
 /* Sixteen interleaved pixels from p on, taken apart into a line. */
@@ -68,37 +52,25 @@ INLINE void take_bytes_apart(uint16 pixels, const int channels, float16* line) {
   }
 }
 
-/* Along a line: `vectors` of each channel, of which the first pixel is `radius` behind the line's. */
-INLINE void sum_along(const float16* line, __constant float* taps, const int radius, const int channels, int vectors,
-                      float16* row) {
+/* Along a line: `vectors` of each channel, of which the first pixel is HF_BLUR_RADIUS behind the line's. */
+INLINE void sum_along(const float16* line, const int channels, int vectors, float16* row) {
   for (int c = 0; c < channels; ++c) {
-    const float* p = (const float*)(line + c * LINE_VECTORS) + radius;
+    const float* p = (const float*)(line + c * LINE_VECTORS);
     for (int v = 0; v < vectors; ++v, p += 16) {
-      float16 sum = taps[0] * LOAD_PRIVATE(p);
-      FOR_EACH_TAP(sum = fma((float16)(taps[k]), LOAD_PRIVATE(p - k) + LOAD_PRIVATE(p + k), sum))
-      row[c * ROW_VECTORS + v] = sum;
+      row[c * ROW_VECTORS + v] =
+          gaussian(LOAD_PRIVATE(p + 3), LOAD_PRIVATE(p + 2) + LOAD_PRIVATE(p + 4),
+                   LOAD_PRIVATE(p + 1) + LOAD_PRIVATE(p + 5), LOAD_PRIVATE(p) + LOAD_PRIVATE(p + 6));
     }
   }
 }
 
 /* The rows that the sum across row y of a block takes, from top to bottom. */
-INLINE void rows_around(const float16* ring, int y, const int radius, const float16** rows) {
-  for (int k = 0; k <= 2 * radius; ++k) rows[k] = ring + (y + k) % (2 * radius + 1) * ROW;
+INLINE void rows_around(const float16* ring, int y, const float16** rows) {
+  for (int k = 0; k < RING_ROWS; ++k) rows[k] = ring + (y + k) % RING_ROWS * ROW;
 }
 
-INLINE float16 sum_across(const float16** rows, int i, __constant float* taps, const int radius) {
-  float16 sum = taps[0] * rows[radius][i];
-  FOR_EACH_TAP(sum = fma((float16)(taps[k]), rows[radius - k][i] + rows[radius + k][i], sum))
-  return sum;
-}
-
-/* What the sums along and across make of a coverage of 1 everywhere: 1 but for roundings. */
-INLINE float full_coverage(__constant float* taps, const int radius) {
-  float along = taps[0];
-  FOR_EACH_TAP(along = fma(taps[k], 2.0f, along))
-  float across = taps[0] * along;
-  FOR_EACH_TAP(across = fma(taps[k], along + along, across))
-  return across;
+INLINE float16 sum_across(const float16** rows, int i) {
+  return gaussian(rows[3][i], rows[2][i] + rows[4][i], rows[1][i] + rows[5][i], rows[0][i] + rows[6][i]);
 }
 
 INLINE float16 inverse_of_coverage(float16 coverage) {
@@ -108,16 +80,17 @@ INLINE float16 inverse_of_coverage(float16 coverage) {
 
 /* Row y of a block, from the ring: blurred and normalised interleaved pixels. With three channels all of it is
    covered. */
-INLINE void store_blurred(const float16* ring, int y, __constant float* taps, const int radius, const int channels,
-                          float full, int columns, __global float* out) {
+INLINE void store_blurred(const float16* ring, int y, const int channels, int columns, __global float* out) {
   const float16* rows[RING_ROWS];
-  rows_around(ring, y, radius, rows);
+  rows_around(ring, y, rows);
+  /* What the sums make of a coverage of 1 everywhere: 1 but for roundings. */
+  const float16 along = gaussian((float16)(1.0f), (float16)(2.0f), (float16)(2.0f), (float16)(2.0f));
+  const float16 full = gaussian(along, along + along, along + along, along + along);
   for (int v = 0; 16 * v < columns; ++v, out += 16 * HF_PIXEL) {
-    const float16 coverage = channels == 4 ? sum_across(rows, 3 * ROW_VECTORS + v, taps, radius) : (float16)(full);
-    const float16 inverse = channels == 4 ? inverse_of_coverage(coverage) : (float16)(1.0f / full);
-    const float16 r = inverse * sum_across(rows, v, taps, radius);
-    const float16 g = inverse * sum_across(rows, ROW_VECTORS + v, taps, radius);
-    const float16 b = inverse * sum_across(rows, 2 * ROW_VECTORS + v, taps, radius);
+    const float16 coverage = channels == 4 ? sum_across(rows, 3 * ROW_VECTORS + v) : full;
+    const float16 inverse = channels == 4 ? inverse_of_coverage(coverage) : 1.0f / full;
+    const float16 r = inverse * sum_across(rows, v), g = inverse * sum_across(rows, ROW_VECTORS + v);
+    const float16 b = inverse * sum_across(rows, 2 * ROW_VECTORS + v);
     store_interleaved(r, g, b, coverage, columns - 16 * v, out);
   }
 }
@@ -150,16 +123,14 @@ INLINE uint16 frame_pixels(__global const uchar* row, int width, const int forma
 
 /* A block, from interleaved pixels or, where there are none, from a frame. */
 INLINE void blur_block(__global const float* in, __global const uchar* frame, hf_frame f, const int format,
-                       hf_layout layout, hf_rect block, __constant float* taps, const int radius, const int channels,
-                       __global float* out) {
+                       hf_layout layout, hf_rect block, const int channels, __global float* out) {
   float16 line_pair[2 * LINE], ring[RING_ROWS * ROW];
-  const int vectors = (block.width + 15) / 16, lines = (block.width + 2 * radius + 15) / 16;
-  const int count = block.height + 2 * radius, x = block.x - radius;
-  const float full = full_coverage(taps, radius);
+  const int vectors = (block.width + 15) / 16, lines = (block.width + RING_ROWS + 14) / 16;
+  const int count = block.height + RING_ROWS - 1, x = block.x - HF_BLUR_RADIUS;
   /* A line is summed when the next one is taken apart: what was stored just now would be waited for. */
   for (int i = 0; i <= count; ++i) {
     if (i < count) {
-      const int y = block.y - radius + i;
+      const int y = block.y - HF_BLUR_RADIUS + i;
       float16* line = line_pair + i % 2 * LINE;
       const int width = y >= 0 && y < f.height ? f.width : 0;
       for (int v = 0; v < lines; ++v) {
@@ -171,46 +142,36 @@ INLINE void blur_block(__global const float* in, __global const uchar* frame, hf
         }
       }
     }
-    if (i > 0) {
-      sum_along(line_pair + (i - 1) % 2 * LINE, taps, radius, channels, vectors,
-                ring + (i - 1) % (2 * radius + 1) * ROW);
-    }
-    const int y = i - 1 - 2 * radius;
+    if (i > 0) sum_along(line_pair + (i - 1) % 2 * LINE, channels, vectors, ring + (i - 1) % RING_ROWS * ROW);
+    const int y = i - RING_ROWS;
     if (y < 0) continue;
-    store_blurred(ring, y, taps, radius, channels, full, block.width,
-                  out + HF_PIXEL * element(layout, block.x, block.y + y));
+    store_blurred(ring, y, channels, block.width, out + HF_PIXEL * element(layout, block.x, block.y + y));
   }
 }
 
-/* The item's block of `rect`. In `covered` all coverage is 1. The usual reach is a constant, known inside the loops.
- */
+/* The item's block of `rect`. In `covered` all coverage is 1. */
 INLINE void blur_rect(__global const float* in, __global const uchar* frame, hf_frame f, const int format,
-                      hf_layout layout, hf_rect rect, __constant float* taps, int radius, __global float* out,
-                      hf_rect covered) {
+                      hf_layout layout, hf_rect rect, __global float* out, hf_rect covered) {
   const hf_rect block = block_of(rect);
-  if (radius == 3 && all_covered(block, 3, covered)) {
-    blur_block(in, frame, f, format, layout, block, taps, 3, 3, out);
-  } else if (radius == 3) {
-    blur_block(in, frame, f, format, layout, block, taps, 3, 4, out);
+  if (all_covered(block, covered)) {
+    blur_block(in, frame, f, format, layout, block, 3, out);
   } else {
-    blur_block(in, frame, f, format, layout, block, taps, radius, 4, out);
+    blur_block(in, frame, f, format, layout, block, 4, out);
   }
 }
 
 /* Interleaved pixels, premultiplied by coverage -> blurred, divided by coverage. */
-__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
-                   __global float* out, hf_rect covered) {
+__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __global float* out, hf_rect covered) {
   hf_frame none;
   none.width = none.height = 0;
-  blur_rect(in, 0, none, HF_BGR8, layout, rect, taps, radius, out, covered);
+  blur_rect(in, 0, none, HF_BGR8, layout, rect, out, covered);
 }
 
 /* Frames as cameras deliver them (no distortion) -> what converting and blurring makes of them. */
-#define BLUR_FRAME_KERNEL(NAME, FORMAT)                                                                               \
-  __kernel void NAME(__global const uchar* frame, hf_frame f, hf_layout layout, hf_rect rect, __constant float* taps, \
-                     int radius, __global float* out) {                                                               \
-    const hf_rect covered = {0, 0, f.width, f.height};                                                                \
-    blur_rect(0, frame, f, FORMAT, layout, rect, taps, radius, out, covered);                                         \
+#define BLUR_FRAME_KERNEL(NAME, FORMAT)                                                                              \
+  __kernel void NAME(__global const uchar* frame, hf_frame f, hf_layout layout, hf_rect rect, __global float* out) { \
+    const hf_rect covered = {0, 0, f.width, f.height};                                                               \
+    blur_rect(0, frame, f, FORMAT, layout, rect, out, covered);                                                      \
   }
 
 BLUR_FRAME_KERNEL(blur_bgr8, HF_BGR8)

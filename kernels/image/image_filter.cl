@@ -2,6 +2,13 @@
    coverage, so that one linear filter blurs colour and mask together and what is not covered has no weight (equation 6
    of docs/math.md). */
 
+/* The Gaussian of 0.8 pixels that all images are blurred by, along a line: of a pixel and the sums of the two beside
+   it, of the two after those and of the last that it reaches, HF_BLUR_RADIUS away. */
+INLINE pixel_vector gaussian(pixel_vector here, pixel_vector beside, pixel_vector next, pixel_vector last) {
+  const pixel_vector inner = fma((pixel_vector)(0.228310719f), beside, 0.498676449f * here);
+  return fma((pixel_vector)(0.000440743373f), last, fma((pixel_vector)(0.0219103135f), next, inner));
+}
+
 /* The mean of 2x2 pixels; `rect` in pixels of the coarser level. */
 __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect, hf_layout out_layout,
                     __global float* out) {
@@ -27,26 +34,22 @@ __kernel void halve(__global const float* in, hf_layout in_layout, hf_rect rect,
 /* Channels divided by coverage; coverage kept. */
 float4 normalized_pixel(float4 p) { return (float4)(p.xyz * (p.w > 1e-4f ? 1.0f / p.w : 0.0f), p.w); }
 
-/* Separable Gaussian, then normalisation by coverage, a tile at a time. taps[0] is the centre's. */
-__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __constant float* taps, int radius,
-                   __global float* out, hf_rect covered) {
-  __local float4 lines[(HF_TILE + 2 * HF_MAX_RADIUS) * HF_TILE];
+/* Separable Gaussian, then normalisation by coverage, a tile at a time. */
+__kernel void blur(__global const float* in, hf_layout layout, hf_rect rect, __global float* out, hf_rect covered) {
+  __local float4 lines[(HF_TILE + 2 * HF_BLUR_RADIUS) * HF_TILE];
   const int x0 = rect.x + HF_TILE * (int)get_group_id(0), y0 = rect.y + HF_TILE * (int)get_group_id(1);
-  for (int i = (int)get_local_id(0); i < (HF_TILE + 2 * radius) * HF_TILE; i += HF_GROUP) {
-    __global const float* p = in + HF_PIXEL * element(layout, x0 + i % HF_TILE, y0 - radius + i / HF_TILE);
-    float4 sum = taps[0] * vload4(0, p);
-    for (int k = 1; k <= radius; ++k) {
-      sum = fma((float4)(taps[k]), vload4(0, p - HF_PIXEL * k) + vload4(0, p + HF_PIXEL * k), sum);
-    }
-    lines[i] = sum;
+  for (int i = (int)get_local_id(0); i < (HF_TILE + 2 * HF_BLUR_RADIUS) * HF_TILE; i += HF_GROUP) {
+    const int e = element(layout, x0 + i % HF_TILE, y0 - HF_BLUR_RADIUS + i / HF_TILE);
+    lines[i] = gaussian(vload4(e, in), vload4(e - 1, in) + vload4(e + 1, in), vload4(e - 2, in) + vload4(e + 2, in),
+                        vload4(e - 3, in) + vload4(e + 3, in));
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   for (int i = (int)get_local_id(0); i < HF_TILE * HF_TILE; i += HF_GROUP) {
     const int x = x0 + i % HF_TILE, y = y0 + i / HF_TILE;
     if (x >= rect.x + rect.width || y >= rect.y + rect.height) continue;
-    __local const float4* line = lines + i + radius * HF_TILE;
-    float4 sum = taps[0] * line[0];
-    for (int k = 1; k <= radius; ++k) sum = fma((float4)(taps[k]), line[-HF_TILE * k] + line[HF_TILE * k], sum);
+    __local const float4* line = lines + i;
+    const float4 sum = gaussian(line[3 * HF_TILE], line[2 * HF_TILE] + line[4 * HF_TILE],
+                                line[HF_TILE] + line[5 * HF_TILE], line[0] + line[6 * HF_TILE]);
     vstore4(normalized_pixel(sum), 0, out + HF_PIXEL * element(layout, x, y));
   }
 }

@@ -140,16 +140,16 @@ INLINE void take_view_apart(uint16 pixels, int grey, float16* line) {
 #define KEPT_ROWS 4
 
 /* Row y of a block that starts at the pixel before the row's first, blurred and normalised, a plane a channel. */
-INLINE void keep_row(const float16* ring, int y, __constant float* taps, const int radius, int vectors, float16* row) {
+INLINE void keep_row(const float16* ring, int y, int vectors, float16* row) {
   const float16* rows[RING_ROWS];
-  rows_around(ring, y, radius, rows);
+  rows_around(ring, y, rows);
   for (int v = 0; v < vectors; ++v) {
-    const float16 coverage = sum_across(rows, 3 * ROW_VECTORS + v, taps, radius);
+    const float16 coverage = sum_across(rows, 3 * ROW_VECTORS + v);
     row[3 * ROW_VECTORS + v] = coverage;
     const float16 inverse = inverse_of_coverage(coverage);
 #pragma unroll
     for (int c = 0; c < HF_CHANNELS; ++c) {
-      row[c * ROW_VECTORS + v] = inverse * sum_across(rows, c * ROW_VECTORS + v, taps, radius);
+      row[c * ROW_VECTORS + v] = inverse * sum_across(rows, c * ROW_VECTORS + v);
     }
   }
 }
@@ -210,77 +210,44 @@ INLINE hf_rect visible_part(__global const float* depth, hf_layout layout, hf_re
   return part;
 }
 
-/* A block, from interleaved pixels or, where there are none, from a packed render of `rect`. */
-INLINE void planes_of_block(__global const float* in, __global const uint* packed, hf_view view, hf_rect rect,
-                            __global const float* depth, hf_layout layout, hf_rect block, __constant float* taps,
-                            const int radius, hf_template k, __global float* value, __global float* dx,
-                            __global float* dy, __global uchar* usable) {
+/* The visible part of the item's block of `rect`: interleaved pixels or, where the view has a stride, its packed render
+   as it comes, and depth -> blurred, normalised planes and their differences. They are written where the object is. */
+__kernel void template_planes(__global const float* in, hf_view view, __global const float* depth, hf_layout layout,
+                              hf_rect rect, hf_template k, __global float* value, __global float* dx,
+                              __global float* dy, __global uchar* usable) {
+  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
+  if (block.width == 0) return;
   float16 line_pair[2 * LINE], ring[RING_ROWS * ROW], kept[KEPT_ROWS * ROW];
-  const int vectors = block.width / 16 + 1, lines = (block.width + 2 + 2 * radius + 15) / 16;
-  const int count = block.height + 2 + 2 * radius, x = block.x - 1 - radius;
+  const int vectors = block.width / 16 + 1, lines = (block.width + RING_ROWS + 16) / 16;
+  const int count = block.height + RING_ROWS + 1, x = block.x - 1 - HF_BLUR_RADIUS;
   for (int i = 0; i <= count + 1; ++i) {
     if (i < count) {
-      const int y = block.y - 1 - radius + i;
+      const int y = block.y - 1 - HF_BLUR_RADIUS + i;
       float16* line = line_pair + i % 2 * LINE;
       const int width = y >= rect.y && y < rect.y + rect.height ? rect.width : 0;
+      __global const uint* packed = (__global const uint*)in + HF_RENDER_GUARD + (y - rect.y) * view.stride;
       for (int v = 0; v < lines; ++v) {
-        if (in) {
+        if (view.stride == 0) {
           take_apart(in + HF_PIXEL * element(layout, x + 16 * v, y), 4, line + v);
         } else {
-          const uint16 pixels =
-              rendered_pixels(packed + HF_RENDER_GUARD + (y - rect.y) * view.stride, width, x - rect.x + 16 * v);
-          take_view_apart(pixels, view.grey, line + v);
+          take_view_apart(rendered_pixels(packed, width, x - rect.x + 16 * v), view.grey, line + v);
         }
       }
     }
-    if (i > 0 && i <= count) {
-      sum_along(line_pair + (i - 1) % 2 * LINE, taps, radius, 4, vectors, ring + (i - 1) % (2 * radius + 1) * ROW);
-    }
-    const int row = i - 1 - 2 * radius;
-    if (row >= 0 && row < block.height + 2) {
-      keep_row(ring, row, taps, radius, vectors, kept + row % KEPT_ROWS * ROW);
-    }
+    if (i > 0 && i <= count) sum_along(line_pair + (i - 1) % 2 * LINE, 4, vectors, ring + (i - 1) % RING_ROWS * ROW);
+    const int row = i - RING_ROWS;
+    if (row >= 0 && row < block.height + 2) keep_row(ring, row, vectors, kept + row % KEPT_ROWS * ROW);
     if (row < 3) continue;
     planes_of_row(kept + (row - 3) % KEPT_ROWS * ROW, kept + (row - 2) % KEPT_ROWS * ROW,
                   kept + (row - 1) % KEPT_ROWS * ROW, depth, layout, rect, block, block.y + row - 3, k, value, dx, dy,
                   usable);
   }
 }
-
-/* The item's block, as far as it is visible. The usual reach is a constant, known inside the loops. */
-INLINE void planes_of_rect(__global const float* in, __global const uint* packed, hf_view view,
-                           __global const float* depth, hf_layout layout, hf_rect rect, __constant float* taps,
-                           int radius, hf_template k, __global float* value, __global float* dx, __global float* dy,
-                           __global uchar* usable) {
-  const hf_rect block = visible_part(depth, layout, block_of(rect), k, usable);
-  if (block.width == 0) return;
-  if (radius == 3) {
-    planes_of_block(in, packed, view, rect, depth, layout, block, taps, 3, k, value, dx, dy, usable);
-  } else {
-    planes_of_block(in, packed, view, rect, depth, layout, block, taps, radius, k, value, dx, dy, usable);
-  }
-}
-
-/* Interleaved pixels and depth -> blurred, normalised planes and their differences. The planes are written where the
-   object is. */
-__kernel void pixel_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
-                           __constant float* taps, int radius, hf_template k, __global float* value, __global float* dx,
-                           __global float* dy, __global uchar* usable) {
-  const hf_view none = {0, 0, 0.0f, 0.0f};
-  planes_of_rect(in, 0, none, depth, layout, rect, taps, radius, k, value, dx, dy, usable);
-}
-
-/* The same of a packed render, as it comes. Outside of `rect` nothing is drawn. */
-__kernel void view_planes(__global const uint* packed, hf_view view, __global const float* depth, hf_layout layout,
-                          hf_rect rect, __constant float* taps, int radius, hf_template k, __global float* value,
-                          __global float* dx, __global float* dy, __global uchar* usable) {
-  planes_of_rect(0, packed, view, depth, layout, rect, taps, radius, k, value, dx, dy, usable);
-}
 #else
 /* Blurred, normalised pixels -> planes. They are written where the object is. */
-__kernel void template_planes(__global const float* in, __global const float* depth, hf_layout layout, hf_rect rect,
-                              hf_template k, __global float* value, __global float* dx, __global float* dy,
-                              __global uchar* usable) {
+__kernel void template_planes(__global const float* in, hf_view view, __global const float* depth, hf_layout layout,
+                              hf_rect rect, hf_template k, __global float* value, __global float* dx,
+                              __global float* dy, __global uchar* usable) {
   const int i = (int)get_global_id(0), x = rect.x + i, y = rect.y + (int)get_global_id(1);
   if (i >= rect.width) return;
   const int e = element(layout, x, y), step = HF_PIXEL * layout.stride;

@@ -28,14 +28,11 @@ struct Tuning {
   bool shift_search = true;      ///< on the coarsest level
   bool reliability = true;       ///< texture that passes by chance counts less
 
-  double blur_sigma = 0.8;       ///< Gaussian of both images, pixels of the level: least error over boxes and bread
   int texture_samples = 4;       ///< of the rendered view, a pixel; 1 costs a quarter and is twice as far off
   double mesh_deviation = 0.05;  ///< pixels that a mesh of fewer triangles may be off, its texture twice
   int most_pixels = 100000;      ///< an object of more is tracked at half the resolution (quarter, ...)
   int enough_pixels = 8000;      ///< with a gradient; where more are seen, every second to fourth row is looked at
   int iterations = 5;            ///< most solved systems a level
-  int silhouette_margin = 2;     ///< most pixels dropped at silhouette and depth jumps; thin objects lose one
-  double depth_jump = 0.02;      ///< relative depth step that counts as a jump
 
   bool paper() const { return quality == Quality::paper; }
 };

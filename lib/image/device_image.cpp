@@ -199,7 +199,7 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
 
   // Inside the frame the blur and the differences at the region's rim have used pixels that were not made; at the
   // frame's own border the blur is normalised by coverage and only the outermost difference is not.
-  const int rim = filter_.radius() + 1;
+  const int rim = HF_BLUR_RADIUS + 1;
   const int left = x0 > 0 ? x0 + rim : 1, top = y0 > 0 ? y0 + rim : 1;
   const int right = x1 < level.width ? x1 - rim : level.width - 1;
   const int bottom = y1 < level.height ? y1 - rim : level.height - 1;

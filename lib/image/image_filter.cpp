@@ -1,34 +1,8 @@
 #include "image/image_filter.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 namespace holdfast {
 
-std::vector<float> ImageFilter::gaussian_taps(double sigma) {
-  if (sigma <= 0) return {1.0f};
-  const int radius = static_cast<int>(std::ceil(3 * sigma));
-  std::vector<double> weights;
-  double sum = 0;
-  for (int k = 0; k <= radius; ++k) {
-    weights.push_back(std::exp(-0.5 * k * k / (sigma * sigma)));
-    sum += (k == 0 ? 1 : 2) * weights.back();
-  }
-  std::vector<float> taps;
-  for (const double weight : weights) taps.push_back(static_cast<float>(weight / sum));
-  return taps;
-}
-
-ImageFilter::ImageFilter(const Device::Impl& device, double sigma) : device_(device), sigma_(sigma) {
-  auto taps = gaussian_taps(sigma);
-  radius_ = static_cast<int>(taps.size()) - 1;
-  if (radius_ > HF_MAX_RADIUS) {
-    throw Error(ErrorCode::invalid_argument,
-                "blur_sigma " + std::to_string(sigma) + " is too wide: its reach of " + std::to_string(radius_) +
-                    " pixels exceeds " + std::to_string(HF_MAX_RADIUS) + "; use a coarser finest_level instead");
-  }
-  const std::size_t bytes = taps.size() * sizeof(float);
-  taps_ = cl::Buffer(device.context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, bytes, taps.data());
+ImageFilter::ImageFilter(const Device::Impl& device) : device_(device) {
   halve_ = device.kernel("halve");
   blur_ = device.kernel("blur");
   if (!device.strips) return;
@@ -62,14 +36,14 @@ void ImageFilter::enqueue_blocks(const cl::Kernel& kernel, const Rect& rect) con
 
 void ImageFilter::enqueue_blur(const cl::Buffer& in, const Level& level, const Rect& rect, const cl::Buffer& out,
                                const Rect& covered) {
-  set_arguments(blur_, in, level.layout, to_kernel(rect), taps_, radius_, out, to_kernel(covered));
+  set_arguments(blur_, in, level.layout, to_kernel(rect), out, to_kernel(covered));
   enqueue_blocks(blur_, rect);
 }
 
 void ImageFilter::enqueue_blur(const cl::Buffer& in, PixelFormat format, const kernel::hf_frame& frame,
                                const Level& level, const Rect& rect, const cl::Buffer& out) {
   cl::Kernel& blur = blur_frame_[static_cast<std::size_t>(format)];
-  set_arguments(blur, in, frame, level.layout, to_kernel(rect), taps_, radius_, out);
+  set_arguments(blur, in, frame, level.layout, to_kernel(rect), out);
   enqueue_blocks(blur, rect);
 }
 

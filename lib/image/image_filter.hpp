@@ -11,18 +11,13 @@ namespace holdfast {
 /// Separable Gaussian and halving, the same for the rendered view and the frame.
 class ImageFilter {
  public:
-  /// `sigma` in pixels; 0 leaves images as they are. Throws Error(invalid_argument) when the reach exceeds
-  /// HF_MAX_RADIUS.
-  ImageFilter(const Device::Impl& device, double sigma);
+  /// Standard deviation of the Gaussian, pixels of every level: least error over boxes and bread. It reaches
+  /// HF_BLUR_RADIUS (kernels/image/image_filter.cl has its weights).
+  static constexpr double kSigma = 0.8;
+  /// Pixels around an object that are blurred too: those that its pixels may be compared with, and their differences.
+  static constexpr int kMargin = HF_BLUR_RADIUS + 4;
 
-  /// Pixels that images of every level are blurred by, and beyond which the blur does not reach.
-  double sigma() const { return sigma_; }
-  int radius() const { return radius_; }
-  /// gaussian_taps() of that sigma.
-  const cl::Buffer& taps() const { return taps_; }
-
-  /// Weights of a one-dimensional Gaussian: [0] the centre, then one side; they sum to one over both sides.
-  static std::vector<float> gaussian_taps(double sigma);
+  explicit ImageFilter(const Device::Impl& device);
 
   /// `rect` in pixels of the coarser level.
   void enqueue_halve(const cl::Buffer& in, const Level& in_level, const Rect& rect, const Level& out_level,
@@ -47,9 +42,6 @@ class ImageFilter {
 
  private:
   const Device::Impl& device_;
-  double sigma_;
-  int radius_ = 0;
-  cl::Buffer taps_;
   cl::Kernel halve_, blur_;
   std::vector<cl::Kernel> blur_frame_, halve_frame_;  ///< one a format
 };

@@ -17,19 +17,16 @@ class TemplatePlanes {
   /// `largest`: no level is larger.
   TemplatePlanes(const Device::Impl& device, ImageFilter& filter, const Level& largest);
 
-  /// From interleaved pixels, premultiplied by coverage. `rect` in whole tiles.
-  void enqueue(const cl::Buffer& pixels, const cl::Buffer& depth, const Level& level, const Rect& rect,
-               const kernel::hf_template& limits, const Out& out);
-
-  /// From a packed render of `rect`, whose alpha says what is known: strips only.
-  void enqueue_render(const cl::Buffer& packed, const kernel::hf_view& view, const cl::Buffer& depth,
-                      const Level& level, const Rect& rect, const kernel::hf_template& limits, const Out& out);
+  /// From interleaved pixels, premultiplied by coverage, or, where `render` has a stride (strips only), from a packed
+  /// render of `rect` whose alpha says what is known. `rect` in whole tiles.
+  void enqueue(const cl::Buffer& pixels, const kernel::hf_view& render, const cl::Buffer& depth, const Level& level,
+               const Rect& rect, const kernel::hf_template& limits, const Out& out);
 
  private:
   const Device::Impl& device_;
   ImageFilter& filter_;
   cl::Buffer blurred_;  ///< of the level last enqueued; groups only
-  cl::Kernel planes_, render_planes_;
+  cl::Kernel planes_;
 };
 
 }  // namespace holdfast

@@ -93,7 +93,7 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   const auto f = static_cast<std::size_t>(finest);
   const Level& level = levels_[f];
   // What lies around the object within reach of every level's blur and vote must be drawn too, as empty.
-  const int around = std::max(filter_.radius() + 2, HF_VOTE_RADIUS + 1) << (count - 1);
+  const int around = std::max(HF_BLUR_RADIUS + 2, HF_VOTE_RADIUS + 1) << (count - 1);
   const Rect at_level{object.x >> finest, object.y >> finest, (object.width >> finest) + 2,
                       (object.height >> finest) + 2};
   const Rect rect = aligned(grown(at_level, around), HF_TILE << (count - 1), level.padded_width, level.padded_height);
@@ -143,12 +143,12 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   if (moving && !frame) enqueue_motion_blur(f, rect, exposure);
 
   margin_ = request.margin;
-  enqueue_levels(rect, finest, count, request.margin, as_it_comes ? &view : nullptr);
+  enqueue_levels(rect, finest, count, request.margin, as_it_comes ? view : kernel::hf_view{});
   return true;
 }
 
 void ViewTemplate::enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin,
-                                  const kernel::hf_view* render) {
+                                  const kernel::hf_view& render) {
   for (int step = 0; step < count; ++step) {
     const auto l = static_cast<std::size_t>(finest + step);
     const Rect level_rect = coarser(rect, step);
@@ -169,11 +169,8 @@ void ViewTemplate::enqueue_levels(const Rect& rect, int finest, int count, const
     limits.reach = margin.jump_reach;
     limits.bend = static_cast<float>(margin.bend * (1 << l));
     const TemplatePlanes::Out out{planes.value, planes.dx, planes.dy, planes.usable};
-    if (render) {
-      template_planes_.enqueue_render(rgba_, *render, planes.depth, levels_[l], level_rect, limits, out);
-    } else {
-      template_planes_.enqueue(pixels_[l], planes.depth, levels_[l], level_rect, limits, out);
-    }
+    template_planes_.enqueue(render.stride > 0 ? rgba_ : pixels_[l], render, planes.depth, levels_[l], level_rect,
+                             limits, out);
     planes.tiles = {level_rect.x / HF_TILE, level_rect.y / HF_TILE, level_rect.width / HF_TILE,
                     level_rect.height / HF_TILE};
   }
@@ -199,7 +196,7 @@ void ViewTemplate::enqueue_snapshot(const Snapshot& snapshot, int count) {
   const Level& level = levels_[drawn_level_];
   write_rect(device_, pixels_[drawn_level_], level, drawn_, HF_PIXEL * sizeof(float), snapshot.pixels.data());
   write_rect(device_, planes_[drawn_level_].depth, level, drawn_, sizeof(float), snapshot.depth.data());
-  enqueue_levels(drawn_, snapshot.finest, count, snapshot.margin, nullptr);
+  enqueue_levels(drawn_, snapshot.finest, count, snapshot.margin, {});
 }
 
 void ViewTemplate::clear() {

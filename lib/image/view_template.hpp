@@ -111,7 +111,7 @@ class ViewTemplate {
  private:
   bool enqueue(const ViewRequest& request, DeviceImage* frame);
   /// Makes the planes of the levels from the finest level's pixels, or from the render as it comes.
-  void enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin, const kernel::hf_view* render);
+  void enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin, const kernel::hf_view& render);
   /// OpenGL's, 0 to 1, of a pixel of the finest level drawn last, within what was drawn; 1: nothing.
   double window_depth(int x, int y) const;
   /// 1/Z of such a depth, 1 / metres.

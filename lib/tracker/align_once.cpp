@@ -12,7 +12,7 @@ Alignment Aligner::align_once(const Pose& T_start, const TrackingState& state) {
   alignment.imaging = state.imaging;
   {
     const Stopwatch watch(times_.filter);
-    image_.enqueue_blur(0, grown(view_.bounds(T_start), filter_.radius() + 4));
+    image_.enqueue_blur(0, grown(view_.bounds(T_start), ImageFilter::kMargin));
     device_.queue.flush();
   }
   if (!draw(T_start, 0, 1, state, state.imaging)) return alignment;

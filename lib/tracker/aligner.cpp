@@ -42,6 +42,8 @@ constexpr double kSnapshotTurn = 0.01;
 /// Share of a snapshot's pixels with a gradient on bare objects (cube 0.14, tube 0.05), and on those with something to
 /// follow (metal 0.3, clay 0.4, print 0.6).
 constexpr double kBareShare = 0.15, kPrintedShare = 0.3;
+/// Most pixels dropped at silhouette and depth jumps; thin objects lose one.
+constexpr int kSilhouetteMargin = 2;
 /// Pixels from the silhouette that a snapshot leaves out: its pose is off by some.
 constexpr int kSnapshotMargin = 5;
 /// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
@@ -49,10 +51,10 @@ constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs
 /// Iterations on a level where the contour leads: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 
-/// Share of the blur's reach that must be known surface when `margin` pixels are dropped at a straight silhouette.
-double coverage_at_margin(double margin, double sigma) {
-  if (margin <= 0 || sigma <= 0) return 0.5;
-  return 0.5 * std::erfc(-(margin + 0.5) / (sigma * std::sqrt(2.0))) - 1e-3;
+/// Share of the blur's reach that must be known surface where kSilhouetteMargin pixels are dropped at a straight
+/// silhouette.
+double coverage_at_margin() {
+  return 0.5 * std::erfc(-(kSilhouetteMargin + 0.5) / (ImageFilter::kSigma * std::sqrt(2.0))) - 1e-3;
 }
 
 std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) {
@@ -79,12 +81,11 @@ OutlineCloseness search_for(int level, int finest, int iteration, double last_st
 }  // namespace
 
 Aligner::Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector<Level>& levels, const Extent& extent,
-                 const Tuning& tuning, ImageFilter& filter, ViewTemplate& view, DeviceImage& image)
+                 const Tuning& tuning, ViewTemplate& view, DeviceImage& image)
     : device_(device),
       levels_(levels),
       extent_(extent),
       tuning_(tuning),
-      filter_(filter),
       view_(view),
       image_(image),
       texture_(device, levels, extent, tuning),
@@ -127,12 +128,10 @@ ViewRequest Aligner::view_request(const Pose& T_camera_object, int finest, int c
   request.grey = image_.grey();
   // Where the margin eats most of a small or thin object, drop less of it.
   const double relaxed = std::clamp((imaging.surviving_share - 0.2) / 0.3, 0.0, 1.0);
-  const double full = coverage_at_margin(tuning_.silhouette_margin, filter_.sigma());
   Margin& margin = request.margin;
-  margin.least_coverage = 0.6 + (full - 0.6) * relaxed;
-  margin.depth_jump = tuning_.depth_jump;
+  margin.least_coverage = 0.6 + (coverage_at_margin() - 0.6) * relaxed;
   if (state.faceted && relaxed > 0.5) margin.bend = kBend;
-  margin.jump_reach = relaxed > 0.5 ? std::max(1, tuning_.silhouette_margin) : 1;
+  margin.jump_reach = relaxed > 0.5 ? kSilhouetteMargin : 1;
   if (tuning_.motion_blur && state.followed() && imaging.exposure.share > 0) {
     const Pose& T_last = state.motion.pose();
     Exposure& exposure = request.exposure;
@@ -198,7 +197,7 @@ Alignment Aligner::align(const Pose& T_start, const AlignmentPlan& plan, const T
     const int top = redraw == 0 ? plan.coarsest : plan.finest;
     if (redraw == 0) {
       const Stopwatch watch(times_.filter);
-      const Rect rect = grown(view_.bounds(T_drawn), (filter_.radius() + 4) << top);
+      const Rect rect = grown(view_.bounds(T_drawn), ImageFilter::kMargin << top);
       for (int level = plan.finest; level <= top && state.compares(); ++level) {
         image_.enqueue_blur(level, coarser(rect, level));
       }

@@ -43,7 +43,7 @@ struct OutlineCloseness {
 class Aligner {
  public:
   Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector<Level>& levels, const Extent& extent,
-          const Tuning& tuning, ImageFilter& filter, ViewTemplate& view, DeviceImage& image);
+          const Tuning& tuning, ViewTemplate& view, DeviceImage& image);
 
   void start_frame(const TrackingState& state, const MotionPrior& prior);
 
@@ -110,7 +110,6 @@ class Aligner {
   const std::vector<Level>& levels_;
   Extent extent_;
   Tuning tuning_;
-  ImageFilter& filter_;
   ViewTemplate& view_;
   DeviceImage& image_;
   TextureModality texture_;

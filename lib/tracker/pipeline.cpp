@@ -109,7 +109,7 @@ std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
   const Rect object = view_.bounds(prior.T_camera_object);
   if (object.empty()) return {};
   const bool contour_leads = !state_.textured || state_.usual.texture_trust < kLeads;
-  upload(object, (contour_leads ? 2 * ContourConstraints::kReach : filter_.radius() + 4) * (1 << state_.finest) +
+  upload(object, (contour_leads ? 2 * ContourConstraints::kReach : ImageFilter::kMargin) * (1 << state_.finest) +
                      static_cast<int>(2 * most));
   AlignmentPlan plan = fine_plan(state_.finest, state_);
   plan.most_motion = most;
@@ -120,7 +120,7 @@ std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
 
 Alignment Pipeline::follow_once(const Pose& T_start, const TrackingState& state) {
   const Rect object = view_.bounds(T_start);
-  if (!object.empty()) upload(object, filter_.radius() + 4);
+  if (!object.empty()) upload(object, ImageFilter::kMargin);
   return aligner_.align_once(T_start, state);
 }
 
@@ -152,7 +152,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
   while (coarsest + 1 < tuning_.levels && side / (2 << coarsest) >= kLeastSide) ++coarsest;
   coarsest = std::max(coarsest, std::min(finest + 1, tuning_.levels - 1));
   const int coarse_finest = std::max(coarsest - 1, finest);
-  upload(wanted, std::max(aligner_.contour().margin(), ((filter_.radius() + 4) << coarsest) +
+  upload(wanted, std::max(aligner_.contour().margin(), (ImageFilter::kMargin << coarsest) +
                                                            (search ? tuning_.search_radius : 0) +
                                                            static_cast<int>(0.1 * side)));
 

@@ -62,12 +62,12 @@ void Pipeline::see(const Pose& T_camera_object, Given given, TrackingState& stat
   const bool exact = given == Given::exactly;
   const Rect object = view_.bounds(T_camera_object);
   if (object.empty()) return;
-  upload(object, std::max(aligner_.contour().margin(), (filter_.radius() + 4) << state.finest));
+  upload(object, std::max(aligner_.contour().margin(), ImageFilter::kMargin << state.finest));
   Alignment seen;
   seen.T_camera_object = T_camera_object;
   seen.imaging = state.imaging;
   if (state.textured) {
-    image_.enqueue_blur(state.finest, coarser(grown(object, (filter_.radius() + 4) << state.finest), state.finest));
+    image_.enqueue_blur(state.finest, coarser(grown(object, ImageFilter::kMargin << state.finest), state.finest));
     if (aligner_.draw(T_camera_object, state.finest, 1, state, seen.imaging)) {
       const auto look = [&] {
         const TextureRequest request{state.finest, state.finest, 1, true, false};
@@ -296,7 +296,7 @@ void Pipeline::learn_snapshot(const Alignment& alignment) {
   if (!due && !(clear && !state_.sure_snapshot)) return;
   state_.sure_snapshot =
       clear || (alignment.snapshot.inlier_ratio() > kMostlySeen && is_held_by_snapshot(alignment, context));
-  upload(view_.bounds(T), (filter_.radius() + 4) << (static_cast<int>(levels_.size()) - 1));
+  upload(view_.bounds(T), ImageFilter::kMargin << (static_cast<int>(levels_.size()) - 1));
   if (!aligner_.take_snapshot(T, state_)) return;
   state_.T_snapshot = T;
   state_.snapshot_misses = 0;

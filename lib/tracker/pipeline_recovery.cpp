@@ -157,7 +157,7 @@ void Pipeline::look_for_print(const Alignment& alignment) {
   if (!shows_all(alignment, state_.usual.outline())) return;
   if (!state_.motion.lost() && state_.usual.held_frames > 0) return;  // it has been seen: something may cover it
   const Pose& T = alignment.T_camera_object;
-  const int level = state_.finest, around = (filter_.radius() + 4) << level;
+  const int level = state_.finest, around = ImageFilter::kMargin << level;
   upload(view_.bounds(T), around);
   if (!aligner_.draw(T, level, 1, state_, alignment.imaging)) return;
   image_.enqueue_blur(level, coarser(grown(view_.bounds(T), around), level));

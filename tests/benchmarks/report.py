@@ -8,8 +8,8 @@ SIZES = ("512x256", "640x480", "1280x720")
 MODES = ("default", "fast", "paper")
 # Of each kernel, a pixel: bytes read and written and floating-point operations (a multiply-add is two, a division or root
 # one, comparisons none), counted in its source with a blur of 7 taps. What is read again from a cache counts once. Of
-# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode); pixel_planes and
-# view_planes skip only the last step there, and are counted as if they did not.
+# kernels that skip vectors without any wanted pixel, only the others' pixels count (known in paper mode); template_planes
+# skips only the last step there, and is counted as if it did not, and as if it took all pixels from renders.
 WORK = {
     "write": ("region", 1, 0),
     "read": ("region", 1, 0),
@@ -21,8 +21,7 @@ WORK = {
     "unpack_depth": ("region", 8, 4),
     "blur": ("region", 32, 85),
     "blur_bgr8": ("region", 19, 66),
-    "pixel_planes": ("region", 57, 117),
-    "view_planes": ("region", 45, 120),
+    "template_planes": ("region", 45, 120),
     "occlusion_tests": ("active", 82, 314),
     "flow_constraints": ("active", 54, 397),
 }
