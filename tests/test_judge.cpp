@@ -74,7 +74,7 @@ AcceptanceContext lost_before() {
 
 Verdict verdict_of(const Alignment& alignment, const AcceptanceContext& context) {
   const Verdict verdict = judge(alignment, {}, context);
-  CHECK((verdict.status == Status::held) == is_held(alignment, {}, context));
+  CHECK((verdict.status == Status::held) == is_held(alignment, context));
   if (verdict.status == Status::lost) CHECK(verdict.reason != Reason::none);
   CHECK((verdict.reason == Reason::none) == verdict.message.empty());
   return verdict;
@@ -199,7 +199,7 @@ TEST_CASE("to be found again takes more than to be held on to, and elsewhere mor
       Alignment alignment = fine();
       alignment.texture.correlation = 0.93;
       alignment.texture.sums.used = used;
-      if (is_held(alignment, {}, context)) return used;
+      if (is_held(alignment, context)) return used;
     }
     return 1e9;
   };
@@ -377,9 +377,9 @@ TEST_CASE(
   Alignment only_edges = with_edges(0.95);
   only_edges.has_contour = false;
   only_edges.contour = {};
-  CHECK(is_held(only_edges, {}, context));
+  CHECK(is_held(only_edges, context));
   only_edges.edges.near = 0.4 * only_edges.edges.lines;
-  CHECK_FALSE(is_held(only_edges, {}, context));
+  CHECK_FALSE(is_held(only_edges, context));
 
   // The contour fits, the edges hardly: something like the object, or it has turned over.
   const Alignment no_edges = with_edges(0.35);
@@ -441,10 +441,10 @@ TEST_CASE("what is left of a long thing tells next to nothing of where it is alo
   Alignment alignment = with_edges(0.95);
   alignment.has_texture = false;
   AcceptanceContext context = by_contour();
-  CHECK(is_held(alignment, {}, context));
+  CHECK(is_held(alignment, context));
   alignment.covariance(0, 0) = 0.3 * 0.3;
   CHECK(alignment.place_deviation() == doctest::Approx(0.3));
-  CHECK_FALSE(is_held(alignment, {}, context));
+  CHECK_FALSE(is_held(alignment, context));
 }
 
 TEST_CASE("a snapshot alone does not find a lost object: its outline must show it, too") {

@@ -17,7 +17,7 @@ const Camera kCamera{321, 243, 405, 398, 158.2, 119.9, {}};
 constexpr int kLevels = 4;
 
 /// A box in a picture, and what looks for it.
-struct Search : ViewDrawer {
+struct Search {
   explicit Search(const Pose& T_seen)
       : filter(device.impl()),
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
@@ -34,7 +34,7 @@ struct Search : ViewDrawer {
     for (int level = 0; level < kLevels; ++level) image.enqueue_blur(level, coarser(whole, level));
   }
 
-  bool draw(const Pose& T_camera_object, int level) override {
+  bool draw(const Pose& T_camera_object, int level) {
     ++draws;
     ViewRequest request;
     request.T_camera_object = T_camera_object;
@@ -45,7 +45,8 @@ struct Search : ViewDrawer {
   /// Of one frame.
   std::vector<PoseCandidate> look(const Pose& T_last, double budget_ms) {
     draws = 0;
-    return relocalizer.search(*this, relocalizer.levels_for(T_last, 0, kLevels), budget_ms);
+    const DrawView draw_view = [&](const Pose& T, int level) { return draw(T, level); };
+    return relocalizer.search(draw_view, relocalizer.levels_for(T_last, 0, kLevels), budget_ms);
   }
 
   Device device;

@@ -100,7 +100,7 @@ TEST_CASE("a snapshot of a frame that is the model's render is the rendered view
   REQUIRE(scene.view.enqueue(Scene::request(kAhead)));
   const std::vector<float> rendered[] = {scene.planes(0), scene.planes(1)};
   scene.view.clear();
-  REQUIRE(scene.view.enqueue_snapshot(Scene::request(kAhead), scene.image));
+  REQUIRE(scene.view.enqueue(Scene::request(kAhead), &scene.image));
   for (int level = 0; level < 2; ++level) {
     CAPTURE(level);
     CHECK(largest_difference(scene.planes(level), rendered[level]) < 1.0 / 255);
@@ -110,7 +110,7 @@ TEST_CASE("a snapshot of a frame that is the model's render is the rendered view
 TEST_CASE("a snapshot that was read is shown again, bit by bit, whatever was shown in between") {
   Scene scene(quad(random_texture(32, 32, 1)));
   scene.upload(quad(random_texture(32, 32, 2)), kAhead);
-  REQUIRE(scene.view.enqueue_snapshot(Scene::request(kAhead), scene.image));
+  REQUIRE(scene.view.enqueue(Scene::request(kAhead), &scene.image));
   const Snapshot snapshot = scene.view.read_snapshot();
   CHECK(snapshot.T_camera_object.matrix() == kAhead.matrix());
   const ViewTemplate::Planes& planes = scene.view.planes(0);

@@ -77,16 +77,8 @@ void TrackerOptions::validate() const {
 
 Tuning tuning_of(const TrackerOptions& options) {
   options.validate();
-  Tuning tuning;
-  tuning.quality = options.quality;
-  tuning.occlusion = options.occlusion;
-  tuning.levels = options.levels;
-  tuning.search_radius = options.search_radius;
-  tuning.recovery = options.recovery;
-  tuning.recovery_budget_ms = options.recovery_budget_ms;
-  tuning.contour = options.contour;
+  Tuning tuning{options};
   tuning.photometric = tuning.shading = options.light_compensation;
-  tuning.motion_blur = options.motion_blur;
   if (options.quality == Quality::fast) {
     tuning.texture_samples = 1;
     tuning.mesh_deviation = 0.1;

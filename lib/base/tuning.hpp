@@ -6,23 +6,14 @@ namespace holdfast {
 
 /// The tracker's constants that hang on its options, in one place. Users choose a quality; experiments leave out
 /// mechanisms by name (TrackerOptions::ablate).
-struct Tuning {
-  Quality quality = Quality::accurate;
-  OcclusionOptions occlusion;
-  int levels = 4;
-  int search_radius = 32;
-  double recovery_budget_ms = 25;
-  bool recovery = true;
-
+struct Tuning : TrackerOptions {
   bool texture = true;
-  bool contour = true;
-  bool colors = true;          ///< of both sides of the contour
-  bool edges = true;           ///< of the model, beside its contour
-  bool snapshot = true;        ///< a model without appearance is compared with how a frame showed it
-  bool robust_weights = true;  ///< Student-t weights on what passes the tests
-  bool photometric = true;     ///< gain and bias a channel, of the object and of cells, eliminated from the sums
-  bool shading = true;         ///< the view is drawn as light falls on it from one side
-  bool motion_blur = true;
+  bool colors = true;            ///< of both sides of the contour
+  bool edges = true;             ///< of the model, beside its contour
+  bool snapshot = true;          ///< a model without appearance is compared with how a frame showed it
+  bool robust_weights = true;    ///< Student-t weights on what passes the tests
+  bool photometric = true;       ///< gain and bias a channel, of the object and of cells, eliminated from the sums
+  bool shading = true;           ///< the view is drawn as light falls on it from one side
   bool predict_velocity = true;  ///< the object goes on as it moved, beside no motion
   bool expected_motion = true;   ///< the motion prior counts beside the rows
   bool shift_search = true;      ///< on the coarsest level

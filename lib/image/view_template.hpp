@@ -78,12 +78,9 @@ class ViewTemplate {
 
   /// Draws a view and fills its levels. Returns false when the object is out of view. The call draws at once and
   /// enqueues the rest. Throws as the Renderer does.
-  bool enqueue(const ViewRequest& request) { return enqueue(request, nullptr); }
-
-  /// The same with the frame's own pixels in place of the model's colours: what the object looks like there. The region
-  /// that the view covers must be uploaded; what is not is unknown.
-  bool enqueue_snapshot(const ViewRequest& request, DeviceImage& frame) { return enqueue(request, &frame); }
-
+  /// `frame`: has its own pixels in place of the model's colours: what the object looks like there. The region that the
+  /// view covers must be uploaded; what is not is unknown.
+  bool enqueue(const ViewRequest& request, DeviceImage* frame = nullptr);
   /// Reads the snapshot taken last; waits for the device. Shows one again, `count` levels of it.
   Snapshot read_snapshot() const;
   void enqueue_snapshot(const Snapshot& snapshot, int count);
@@ -109,7 +106,6 @@ class ViewTemplate {
   double render_ms() const { return render_ms_; }
 
  private:
-  bool enqueue(const ViewRequest& request, DeviceImage* frame);
   /// Makes the planes of the levels from the finest level's pixels, or from the render as it comes.
   void enqueue_levels(const Rect& rect, int finest, int count, const Margin& margin, const kernel::hf_view& render);
   /// OpenGL's, 0 to 1, of a pixel of the finest level drawn last, within what was drawn; 1: nothing.

@@ -9,7 +9,7 @@ namespace holdfast {
 /// How well a view fits that is blurred by this exposure, instead as much across the motion: score and residual.
 struct ExposureFit {
   double score = -1;
-  double residual = 0;
+  double residual = 0;  ///< root of the mean weighted square
 };
 using FitExposure = std::function<ExposureFit(const ExposureState& exposure, bool across)>;
 

@@ -45,8 +45,6 @@ constexpr double kFoundNear = 0.87;
 /// The same where texture usually tells the pose and does not now, and pixels inside the contour.
 constexpr double kHeldContourAlone = 0.7, kFoundContourAlone = 0.85;
 constexpr int kLeastPixelsAlone = 1000;
-/// Share of texture in what is usually known, above which the contour alone needs more.
-constexpr double kTextureLeads = 0.5;
 /// What is worth a word: share hidden of texture and of contour, texture that agrees, other light.
 constexpr double kMuchHidden = 0.4, kMuchContourHidden = 0.25, kLittleAgrees = 0.3, kOtherLight = 1.4;
 constexpr double kStrongBlur = 8, kFastMotion = 15, kBeyondBlur = 100;
@@ -223,8 +221,7 @@ bool is_probable(const Alignment& a, const AcceptanceContext& context) {
   return is_probable_by_texture(a) || is_probable_by_outline(a, context);
 }
 
-bool is_held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
-  static_cast<void>(tuning);
+bool is_held(const Alignment& a, const AcceptanceContext& context) {
   if (context.print_missing) return false;
   return is_held_by_texture(a, context) || is_held_by_contour(a, context) || is_held_by_snapshot(a, context);
 }
@@ -241,7 +238,7 @@ bool is_promising(const Alignment& a, const AcceptanceContext& context) {
 }
 
 Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
-  if (is_held(a, tuning, context)) {
+  if (is_held(a, context)) {
     if (a.undecided) return {Status::lost, Reason::ambiguous, "seen, but its mirrored tilt fits as well"};
     return held(a, tuning, context);
   }

@@ -17,7 +17,6 @@ struct AcceptanceContext {
   bool expected = false;     ///< so, or seen there by the frames before
   bool searched_everywhere = false;
   bool jumps = false;             ///< farther from where its motion leads than it usually strays
-  bool known_contour = false;     ///< colours of the contour are known
   double least_ratio = 0.1;       ///< of texture that must agree; fewer pass the paper's thresholds
   double usual_inlier_ratio = 0;  ///< of texture; 0: unknown
   UsualOutline usual_outline;
@@ -31,6 +30,10 @@ struct AcceptanceContext {
   double gain = 1;                    ///< of the frame over the model's texture, over what it was
 };
 
+/// Share of texture in what is usually known, above which texture leads: the finest level alone converges from a good
+/// prediction, and the contour alone needs more to hold the object.
+inline constexpr double kTextureLeads = 0.5;
+
 struct Verdict {
   Status status = Status::lost;
   Reason reason = Reason::none;
@@ -41,7 +44,7 @@ struct Verdict {
 Verdict judge(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
 
 /// As judge(), without words.
-bool is_held(const Alignment& alignment, const Tuning& tuning, const AcceptanceContext& context);
+bool is_held(const Alignment& alignment, const AcceptanceContext& context);
 /// Whether texture alone holds it.
 bool is_held_by_texture(const Alignment& alignment, const AcceptanceContext& context);
 /// Whether the contour is there, where the object may be.

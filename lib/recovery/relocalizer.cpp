@@ -104,7 +104,7 @@ double Relocalizer::view_cost_ms(int level) const {
   return kViewCost + kShiftCost * l.width * l.height;
 }
 
-std::vector<PoseCandidate> Relocalizer::search(ViewDrawer& drawer, const Levels& levels, double budget_ms) {
+std::vector<PoseCandidate> Relocalizer::search(const DrawView& draw, const Levels& levels, double budget_ms) {
   const Level& searched = levels_[static_cast<std::size_t>(levels.swept)];
   search_.enqueue_gradients(image_, levels.swept);
   // Appearances are drawn on the optical axis: the centre comes to every pixel of the picture.
@@ -117,7 +117,7 @@ std::vector<PoseCandidate> Relocalizer::search(ViewDrawer& drawer, const Levels&
   std::vector<PoseCandidate> candidates;
   for (int i = 0; i < sweeps; ++i) {
     const Pose T_appearance = keyframes_.next();
-    if (!drawer.draw(T_appearance, levels.swept)) continue;
+    if (!draw(T_appearance, levels.swept)) continue;
     const ShiftSearch::Result shift = search_.search(view_, image_, levels.swept, shifts, kScoredPixels);
     candidates.push_back({shifted(T_appearance, extent_.p_object_center, searched.camera, shift), shift.score});
   }
@@ -125,25 +125,25 @@ std::vector<PoseCandidate> Relocalizer::search(ViewDrawer& drawer, const Levels&
   const std::size_t turned = std::clamp<std::size_t>(looks / 36, 1, kMostCandidates);
   keep_best(candidates, std::clamp<std::size_t>(looks / 3, 4, 16), levels.swept);
   search_.enqueue_gradients(image_, levels.closer);
-  for (PoseCandidate& c : candidates) c = looked_at(drawer, c.T_camera_object, levels.closer, kCloserReach);
+  for (PoseCandidate& c : candidates) c = looked_at(draw, c.T_camera_object, levels.closer, kCloserReach);
   for (const PoseCandidate& c : last_) {  // where the last frame's best are by now
-    candidates.push_back(looked_at(drawer, c.T_camera_object, levels.closer, kLastReach));
+    candidates.push_back(looked_at(draw, c.T_camera_object, levels.closer, kLastReach));
   }
   keep_best(candidates, turned, levels.closer);
-  for (PoseCandidate& c : candidates) c = turned_to_fit(drawer, c, levels.closer);
+  for (PoseCandidate& c : candidates) c = turned_to_fit(draw, c, levels.closer);
   keep_best(candidates, turned, levels.closer);
   return candidates;
 }
 
-PoseCandidate Relocalizer::looked_at(ViewDrawer& drawer, const Pose& T_camera_object, int level, int reach) {
-  if (!drawer.draw(T_camera_object, level)) return {T_camera_object, 0};
+PoseCandidate Relocalizer::looked_at(const DrawView& draw, const Pose& T_camera_object, int level, int reach) {
+  if (!draw(T_camera_object, level)) return {T_camera_object, 0};
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const Rect shifts{-reach, -reach, 2 * reach + 1, 2 * reach + 1};
   const ShiftSearch::Result shift = search_.search(view_, image_, level, shifts, kScoredPixels);
   return {shifted(T_camera_object, extent_.p_object_center, camera, shift), shift.score};
 }
 
-PoseCandidate Relocalizer::turned_to_fit(ViewDrawer& drawer, const PoseCandidate& candidate, int level) {
+PoseCandidate Relocalizer::turned_to_fit(const DrawView& draw, const PoseCandidate& candidate, int level) {
   PoseCandidate best = candidate;
   const double last_distance = (T_last_ * extent_.p_object_center).norm();
   for (std::size_t round = 0; round < kTurns.size(); ++round) {
@@ -161,21 +161,20 @@ PoseCandidate Relocalizer::turned_to_fit(ViewDrawer& drawer, const PoseCandidate
     };
     Pose T_all = here.T_camera_object;
     for (int axis = 0; axis < 4; ++axis) {
-      const PoseCandidate before = looked_at(drawer, stepped(here.T_camera_object, axis, -1), level, kTurnedReach);
-      const PoseCandidate after = looked_at(drawer, stepped(here.T_camera_object, axis, 1), level, kTurnedReach);
+      const PoseCandidate before = looked_at(draw, stepped(here.T_camera_object, axis, -1), level, kTurnedReach);
+      const PoseCandidate after = looked_at(draw, stepped(here.T_camera_object, axis, 1), level, kTurnedReach);
       T_all = stepped(T_all, axis, peak(before.score, here.score, after.score));
       if (before.score > best.score) best = before;
       if (after.score > best.score) best = after;
     }
-    const PoseCandidate all = looked_at(drawer, T_all, level, kTurnedReach);
+    const PoseCandidate all = looked_at(draw, T_all, level, kTurnedReach);
     if (all.score > best.score) best = all;
   }
   return best;
 }
 
 void Relocalizer::keep_best(std::vector<PoseCandidate>& candidates, std::size_t count, int level) const {
-  std::sort(candidates.begin(), candidates.end(),
-            [](const PoseCandidate& a, const PoseCandidate& b) { return a.score > b.score; });
+  std::ranges::sort(candidates, std::greater{}, &PoseCandidate::score);
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   std::vector<PoseCandidate> kept;
   for (const PoseCandidate& candidate : candidates) {
@@ -191,25 +190,25 @@ void Relocalizer::keep_best(std::vector<PoseCandidate>& candidates, std::size_t 
   candidates = std::move(kept);
 }
 
-std::vector<PoseCandidate> Relocalizer::rivals(ViewDrawer& drawer, const Pose& T_found, int closer, int finest) {
+std::vector<PoseCandidate> Relocalizer::rivals(const DrawView& draw, const Pose& T_found, int closer, int finest) {
   search_.enqueue_gradients(image_, closer);
   std::vector<PoseCandidate> candidates;
   for (int axis = 0; axis < 2; ++axis) {
     for (const double turn : kRivalTurns) {
       const Pose T_rival = turned_about_center(T_found, extent_, Eigen::Vector3d::Unit(axis), turn);
-      candidates.push_back(turned_to_fit(drawer, looked_at(drawer, T_rival, closer, kTurnedReach), closer));
+      candidates.push_back(turned_to_fit(draw, looked_at(draw, T_rival, closer, kTurnedReach), closer));
     }
   }
   keep_best(candidates, kRivals, closer);
-  if (drawer.draw(T_found, finest)) {
+  if (draw(T_found, finest)) {
     if (const auto T_mirrored = mirrored_tilt(view_, T_found, extent_)) candidates.push_back({*T_mirrored, 0});
   }
   return candidates;
 }
 
-std::vector<PoseCandidate> Relocalizer::search_parts(ViewDrawer& drawer, const Pose& T_expected, int level) {
+std::vector<PoseCandidate> Relocalizer::search_parts(const DrawView& draw, const Pose& T_expected, int level) {
   const Rect object = view_.bounds(T_expected);
-  if (object.empty() || !drawer.draw(T_expected, level)) return {};
+  if (object.empty() || !draw(T_expected, level)) return {};
   search_.enqueue_gradients(image_, level);
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const Rect drawn = coarser(object, level);
@@ -225,8 +224,7 @@ std::vector<PoseCandidate> Relocalizer::search_parts(ViewDrawer& drawer, const P
       candidates.push_back({shifted(T_expected, extent_.p_object_center, camera, shift), shift.score});
     }
   }
-  std::sort(candidates.begin(), candidates.end(),
-            [](const PoseCandidate& a, const PoseCandidate& b) { return a.score > b.score; });
+  std::ranges::sort(candidates, std::greater{}, &PoseCandidate::score);
   candidates.resize(std::min(candidates.size(), kPartsTried));
   return candidates;
 }

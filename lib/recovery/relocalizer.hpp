@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
+#include <functional>
 #include <vector>
 
 #include "base/corner_motion.hpp"
@@ -17,11 +17,7 @@ struct PoseCandidate {
 };
 
 /// Draws the view at a pose on one level; false where it is out of view.
-class ViewDrawer {
- public:
-  virtual ~ViewDrawer() = default;
-  virtual bool draw(const Pose& T_camera_object, int level) = 0;
-};
+using DrawView = std::function<bool(const Pose& T_camera_object, int level)>;
 
 /// Looks for a lost object by its texture over the whole picture: view templates of a plan of appearances, shifted over
 /// a coarse level, a part of the plan in each frame; the best are looked at more closely. Proposes poses, decides
@@ -52,20 +48,20 @@ class Relocalizer {
 
   /// The best places for the object, best first, after a sweep of the next appearances that `budget_ms` allows. Blurred
   /// levels of the frame must have been enqueued from coarsest to swept.
-  std::vector<PoseCandidate> search(ViewDrawer& drawer, const Levels& levels, double budget_ms);
+  std::vector<PoseCandidate> search(const DrawView& draw, const Levels& levels, double budget_ms);
 
   /// Near where it is expected, behind an occluder that hides most of it: places where a part of its view is seen.
-  std::vector<PoseCandidate> search_parts(ViewDrawer& drawer, const Pose& T_expected, int level);
+  std::vector<PoseCandidate> search_parts(const DrawView& draw, const Pose& T_expected, int level);
 
   /// The found pose turned about the picture's axes, and its mirrored tilt: what it may have been taken for.
-  std::vector<PoseCandidate> rivals(ViewDrawer& drawer, const Pose& T_found, int closer, int finest);
+  std::vector<PoseCandidate> rivals(const DrawView& draw, const Pose& T_found, int closer, int finest);
 
   /// Candidates that led to a start worth following; looked at again in the next frame.
   void keep(std::vector<PoseCandidate> candidates) { last_ = std::move(candidates); }
 
  private:
-  PoseCandidate looked_at(ViewDrawer& drawer, const Pose& T_camera_object, int level, int reach);
-  PoseCandidate turned_to_fit(ViewDrawer& drawer, const PoseCandidate& candidate, int level);
+  PoseCandidate looked_at(const DrawView& draw, const Pose& T_camera_object, int level, int reach);
+  PoseCandidate turned_to_fit(const DrawView& draw, const PoseCandidate& candidate, int level);
   void keep_best(std::vector<PoseCandidate>& candidates, std::size_t count, int level) const;
   double view_cost_ms(int level) const;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/round_turns.hpp"
 #include "base/stopwatch.hpp"
 #include "solve/covariance.hpp"
 #include "solve/uncertain_origin.hpp"
@@ -326,7 +327,7 @@ bool Aligner::take_snapshot(const Pose& T_camera_object, const TrackingState& st
   const int count = static_cast<int>(levels_.size()) - state.finest;
   ViewRequest request = view_request(T_camera_object, state.finest, count, state, state.imaging, false);
   request.margin.jump_reach = kSnapshotMargin;
-  return view_.enqueue_snapshot(request, image_);
+  return view_.enqueue(request, &image_);
 }
 
 double Aligner::score(const Alignment& alignment, const TrackingState& state, double usual_texture_score) const {
@@ -370,7 +371,7 @@ void Aligner::measure(Alignment& alignment, const AlignmentPlan& plan, const Tra
                          B.transpose() * elsewhere * B;
 }
 
-Aligner::Fit Aligner::fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across) {
+ExposureFit Aligner::fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across) {
   if (!draw(T_camera_object, state.finest, 1, state, imaging, across)) return {};
   // The cells' light is each view's own: the present view's would speak for it.
   texture_.photometry().set_object_pair(imaging.texture.light);

@@ -1,14 +1,12 @@
 #pragma once
 
-#include <optional>
-
-#include "base/round_turns.hpp"
 #include "base/tuning.hpp"
 #include "contour/contour_modality.hpp"
 #include "edges/edge_modality.hpp"
 #include "holdfast/frame_result.hpp"
 #include "image/device_image.hpp"
 #include "image/view_template.hpp"
+#include "imaging/exposure_estimator.hpp"
 #include "judge/alignment.hpp"
 #include "motion/motion_filter.hpp"
 #include "recovery/shift_search.hpp"
@@ -63,11 +61,7 @@ class Aligner {
   NormalEquations outline_alone(const Alignment& alignment) const;
 
   /// How well the view fits where it was drawn, motion left alone.
-  struct Fit {
-    double score = -1;
-    double residual = 0;  ///< root of the mean weighted square
-  };
-  Fit fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across = false);
+  ExposureFit fit(const Pose& T_camera_object, const TrackingState& state, ImagingState imaging, bool across = false);
 
   /// Keeps the frame's pixels of the object at this pose, to be compared with the next frames'. False where it is out
   /// of view.

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "base/stopwatch.hpp"
-#include "holdfast/error.hpp"
 
 namespace holdfast {
 namespace {
@@ -26,8 +24,6 @@ constexpr double kSearchTurn = 0.35;
 constexpr double kMostWork = 3, kLeastMs = 6;
 /// Inlier ratio of texture that needs no help in the first frame.
 constexpr double kClearRatio = 0.7;
-/// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
-constexpr double kLeads = 0.5;
 
 }  // namespace
 
@@ -108,7 +104,7 @@ std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
   if (!confident || state_.motion.lost()) return {};
   const Rect object = view_.bounds(prior.T_camera_object);
   if (object.empty()) return {};
-  const bool contour_leads = !state_.textured || state_.usual.texture_trust < kLeads;
+  const bool contour_leads = !state_.textured || state_.usual.texture_trust < kTextureLeads;
   upload(object, (contour_leads ? 2 * ContourConstraints::kReach : ImageFilter::kMargin) * (1 << state_.finest) +
                      static_cast<int>(2 * most));
   AlignmentPlan plan = fine_plan(state_.finest, state_);
@@ -164,20 +160,14 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
       if (search) aligner_.shift_search().enqueue_gradients(image_, coarsest);
       device_.impl().queue.flush();
     }
-    AlignmentPlan plan;
-    plan.coarsest = coarsest;
-    plan.finest = coarse_finest;
+    AlignmentPlan plan = coarse_plan(coarsest);
     plan.shift_search = search && tuning_.shift_search;
-    plan.redraws = 0;
-    plan.measure = false;
-    plan.expected = false;
     for (const Pose& pose : hypotheses) {
       starts.push_back(aligner_.align(pose, plan, state));
       if (!state.motion.lost() && starts.back().solved && as_usual(starts.back())) break;
       if (aligner_.nominal_ms() > 0.5 * tuning_.recovery_budget_ms) break;
     }
-    std::stable_sort(starts.begin(), starts.end(),
-                     [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
+    std::ranges::stable_sort(starts, std::greater{}, &Alignment::score);
   }
   for (const Pose& pose : hypotheses) {  // where the coarse levels see too little
     Alignment plain;
@@ -211,6 +201,21 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     best.coarse_score = starts[0].texture.score();
   }
   return best;
+}
+
+AlignmentPlan Pipeline::coarse_plan(int coarsest) const {
+  AlignmentPlan plan;
+  plan.coarsest = coarsest;
+  plan.finest = std::max(coarsest - 1, state_.finest);
+  plan.redraws = 0;
+  plan.measure = plan.expected = false;
+  return plan;
+}
+
+Alignment Pipeline::align_anywhere(const Pose& T_start, int coarsest) {
+  AlignmentPlan plan = fine_plan(coarsest, state_);
+  plan.expected = false;
+  return aligner_.align(T_start, plan, state_);
 }
 
 AlignmentPlan Pipeline::fine_plan(int coarsest, const TrackingState& state) const {

@@ -9,7 +9,6 @@
 #include "recovery/outline_search.hpp"
 #include "recovery/relocalizer.hpp"
 #include "recovery/snapshot_album.hpp"
-#include "recovery/symmetries.hpp"
 #include "tracker/aligner.hpp"
 #include "tracker/tracking_state.hpp"
 
@@ -41,8 +40,6 @@ class Pipeline {
   const Extent& extent() const { return extent_; }
 
  private:
-  class LevelDrawer;
-
   /// Throws Error(invalid_argument) for a time that does not come after the last frame's, or that only some have.
   double frame_time(std::optional<double> time);
   void choose_finest_level();
@@ -85,11 +82,15 @@ class Pipeline {
   Alignment settled(const Alignment& alignment);
   Alignment from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels);
   AlignmentPlan fine_plan(int coarsest, const TrackingState& state) const;
+  /// Of two levels from a start of which next to nothing is known.
+  AlignmentPlan coarse_plan(int coarsest) const;
+  /// From a level down to the finest, whatever motion leads to expect.
+  Alignment align_anywhere(const Pose& T_start, int coarsest);
 
   bool goes_on(const Pose& T_from, const Pose& T_to, double most_turn) const;
   AcceptanceContext context(const Alignment& alignment, const TrackingState& state) const;
   bool held(const Alignment& alignment, const TrackingState& state) const {
-    return is_held(alignment, tuning_, context(alignment, state));
+    return is_held(alignment, context(alignment, state));
   }
   bool held(const Alignment& alignment) const { return held(alignment, state_); }
   bool as_usual(const Alignment& alignment) const { return alignment.score > kUsualShare; }

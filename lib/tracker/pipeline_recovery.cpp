@@ -1,6 +1,6 @@
 // How a lost object is looked for.
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <utility>
 
 #include "texture/print_agreement.hpp"
@@ -30,17 +30,13 @@ constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
 constexpr double kBetweenViews = 0.12;
 /// Of a frame's starts by the outline, those followed to the finest level.
 constexpr std::size_t kMostOutlineStarts = 1;
-/// Share of texture in what is usually known, above which the finest level alone converges from a good prediction.
-constexpr double kLeads = 0.5;
 
 }  // namespace
 
 Alignment Pipeline::settled(const Alignment& alignment) {
   Alignment best = alignment;
   for (int i = 0; i < kMostSettling; ++i) {
-    AlignmentPlan plan = fine_plan(state_.finest, state_);
-    plan.expected = false;
-    const Alignment next = aligner_.align(best.T_camera_object, plan, state_);
+    const Alignment next = align_anywhere(best.T_camera_object, state_.finest);
     if (!next.solved || next.score < best.score) break;
     const double motion = aligner_.corner_motion(best.T_camera_object, next.T_camera_object);
     best = next;
@@ -49,30 +45,10 @@ Alignment Pipeline::settled(const Alignment& alignment) {
   return best;
 }
 
-/// Draws as the relocalizer wants it: what the silhouette adds is as good a sign as texture, so that no margin is
-/// dropped, and nothing is known of motion.
-class Pipeline::LevelDrawer : public ViewDrawer {
- public:
-  explicit LevelDrawer(Pipeline& pipeline) : pipeline_(pipeline), imaging_(pipeline.state_.imaging) {
-    imaging_.surviving_share = 0;
-    imaging_.exposure = {};
-  }
-  bool draw(const Pose& T_camera_object, int level) override {
-    return pipeline_.aligner_.draw(T_camera_object, level, 1, pipeline_.state_, imaging_);
-  }
-
- private:
-  Pipeline& pipeline_;
-  ImagingState imaging_;
-};
-
 Alignment Pipeline::from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels) {
-  AlignmentPlan plan;
-  plan.coarsest = levels.coarsest;
-  plan.finest = std::max(levels.coarsest - 1, state_.finest);
+  AlignmentPlan plan = coarse_plan(levels.coarsest);
   plan.shift_search = true;
-  plan.redraws = 0;
-  plan.measure = plan.expected = plan.contour = false;  // texture proposed it
+  plan.contour = false;  // texture proposed it
   Alignment start = aligner_.align(candidate.T_camera_object, plan, state_);
   for (int i = 1; i < kMostCoarseAlignments && start.solved && start.score < 1; ++i) {
     const Alignment again = aligner_.align(start.T_camera_object, plan, state_);
@@ -89,21 +65,21 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
   const Rect whole{0, 0, image_.camera().width, image_.camera().height};
   upload(whole, 0);
   relocalizer_.begin(state_.motion.pose());
-  LevelDrawer drawer(*this);
+  // What the silhouette adds is as good a sign as texture, so that no margin is dropped, and nothing is known of
+  // motion.
+  ImagingState imaging = state_.imaging;
+  imaging.surviving_share = 0;
+  imaging.exposure = {};
+  const DrawView draw = [&](const Pose& T, int level) { return aligner_.draw(T, level, 1, state_, imaging); };
   const int finest = state_.finest;
-  const auto fine_from = [&](const Pose& T_start, int coarsest) {
-    AlignmentPlan plan = fine_plan(coarsest, state_);
-    plan.expected = false;
-    return aligner_.align(T_start, plan, state_);
-  };
   const double budget = tuning_.recovery_budget_ms;
   const auto spent = [&] { return aligner_.nominal_ms() >= budget; };
   const bool was_lost = state_.motion.lost();
   if (was_lost && state_.motion.misses() < 12 && state_.motion.moving()) {
     const int level = std::min(finest + 1, tuning_.levels - 1);
     image_.enqueue_blur(level, coarser(uploaded_, level));
-    for (const PoseCandidate& part : relocalizer_.search_parts(drawer, prior.T_camera_object, level)) {
-      take_better(fine_from(part.T_camera_object, level));
+    for (const PoseCandidate& part : relocalizer_.search_parts(draw, prior.T_camera_object, level)) {
+      take_better(align_anywhere(part.T_camera_object, level));
       if (held(best) || spent()) break;
     }
   }
@@ -114,7 +90,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
       image_.enqueue_blur(level, coarser(uploaded_, level));
     }
     const double left = std::max(0.0, budget - aligner_.nominal_ms());
-    const std::vector<PoseCandidate> candidates = relocalizer_.search(drawer, levels, left);
+    const std::vector<PoseCandidate> candidates = relocalizer_.search(draw, levels, left);
     aligner_.shift_search().enqueue_gradients(image_, levels.coarsest);
     std::vector<Alignment> starts;
     std::vector<PoseCandidate> kept;
@@ -132,19 +108,18 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
       kept.push_back({start.T_camera_object, start.score});
       starts.push_back(std::move(start));
     }
-    std::stable_sort(starts.begin(), starts.end(),
-                     [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
+    std::ranges::stable_sort(starts, std::greater{}, &Alignment::score);
     relocalizer_.keep(std::move(kept));
     for (const Alignment& start : starts) {
-      take_better(fine_from(start.T_camera_object, std::max(levels.coarsest - 2, finest)));
+      take_better(align_anywhere(start.T_camera_object, std::max(levels.coarsest - 2, finest)));
       if (held(best) || spent()) break;
     }
     if (is_probable(best, context(best, state_))) {
-      for (const PoseCandidate& rival : relocalizer_.rivals(drawer, best.T_camera_object, levels.closer, finest)) {
+      for (const PoseCandidate& rival : relocalizer_.rivals(draw, best.T_camera_object, levels.closer, finest)) {
         aligner_.shift_search().enqueue_gradients(image_, levels.coarsest);
         const Alignment start = from_candidate(rival, levels);
         if (start.score < kHopelessScore) continue;
-        take_better(settled(fine_from(start.T_camera_object, std::max(levels.coarsest - 2, finest))));
+        take_better(settled(align_anywhere(start.T_camera_object, std::max(levels.coarsest - 2, finest))));
       }
     }
   }
@@ -175,7 +150,7 @@ bool Pipeline::searches_by_texture(const TrackingState& state) const {
 }
 
 bool Pipeline::searches_by_outline(const TrackingState& state) const {
-  return tuning_.contour && (!state.textured || state.usual.texture_trust < kLeads);
+  return tuning_.contour && (!state.textured || state.usual.texture_trust < kTextureLeads);
 }
 
 void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best) {
@@ -198,17 +173,10 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
     const Rect shifts{-static_cast<int>(center.x()), -static_cast<int>(center.y()), swept.width, swept.height};
     const ShiftSearch::Result shift =
         aligner_.shift_search().search(view_, image_, levels.swept, shifts, kScoredPixels);
-    AlignmentPlan plan;
-    plan.coarsest = levels.coarsest;
-    plan.finest = std::max(levels.coarsest - 1, finest);
-    plan.redraws = 0;
-    plan.measure = plan.expected = false;
-    const Alignment start =
-        aligner_.align(shifted(snapshot.T_camera_object, extent_.p_object_center, swept.camera, shift), plan, state_);
+    const Pose T_start = shifted(snapshot.T_camera_object, extent_.p_object_center, swept.camera, shift);
+    const Alignment start = aligner_.align(T_start, coarse_plan(levels.coarsest), state_);
     if (!start.solved || start.score < kHopelessScore) return start;
-    plan = fine_plan(std::max(levels.coarsest - 2, finest), state_);
-    plan.expected = false;
-    return aligner_.align(start.T_camera_object, plan, state_);
+    return align_anywhere(start.T_camera_object, std::max(levels.coarsest - 2, finest));
   };
   const auto n = static_cast<std::size_t>(state_.motion.misses() / kSnapshotsEvery);
   if (const Snapshot& snapshot = album_.nearest(prior.T_camera_object, n); snapshot.finest == finest) {
@@ -228,18 +196,10 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
   std::vector<Alignment> starts;
   const auto add = [&](const Pose& T) {
-    AlignmentPlan plan;
-    plan.coarsest = aligner_.contour().coarsest(T, state_.finest);
-    plan.finest = std::max(plan.coarsest - 1, state_.finest);
-    plan.redraws = 0;
-    plan.measure = plan.expected = false;
-    Alignment start = aligner_.align(T, plan, state_);
+    Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), state_);
     if (start.solved) starts.push_back(std::move(start));
   };
-  const auto sort = [&] {
-    std::stable_sort(starts.begin(), starts.end(),
-                     [](const Alignment& a, const Alignment& b) { return a.score > b.score; });
-  };
+  const auto sort = [&] { std::ranges::stable_sort(starts, std::greater{}, &Alignment::score); };
   for (const Pose& T : outline_search_.starts(T_last, state_.colors)) add(T);
   sort();
   if (!starts.empty()) {
@@ -253,9 +213,7 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
     sort();
   }
   for (std::size_t i = 0; i < std::min(kMostOutlineStarts, starts.size()); ++i) {
-    AlignmentPlan plan = fine_plan(state_.finest, state_);
-    plan.expected = false;
-    Alignment found = aligner_.align(starts[i].T_camera_object, plan, state_);
+    Alignment found = align_anywhere(starts[i].T_camera_object, state_.finest);
     if (!found.solved || found.score <= best.score) continue;
     if (is_probable(found, context(found, state_))) tell_apart(found);
     best = found;
@@ -280,9 +238,7 @@ void Pipeline::tell_apart(Alignment& found) {
   }
   if (!symmetric) return;
   if (turn(T_nearest) < turn(found.T_camera_object)) {
-    AlignmentPlan plan = fine_plan(state_.finest, state_);
-    plan.expected = false;
-    const Alignment nearest = aligner_.align(T_nearest, plan, state_);
+    const Alignment nearest = align_anywhere(T_nearest, state_.finest);
     if (nearest.solved) found = nearest;
   }
   found.mistakable = turn(found.T_camera_object) > kMistakableTurn;

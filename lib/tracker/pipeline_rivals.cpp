@@ -1,5 +1,4 @@
 // A held pose and its mirrored tilt: which of them frames show.
-#include <cmath>
 
 #include "base/turns.hpp"
 #include "recovery/mirrored_tilt.hpp"

@@ -1,10 +1,9 @@
 // How a pipeline is made and started, and what it shows of the last frame.
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "base/one_color.hpp"
-#include "holdfast/error.hpp"
+#include "recovery/symmetries.hpp"
 #include "tracker/pipeline.hpp"
 
 namespace holdfast {

@@ -105,8 +105,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
       measure_exposure(state_.imaging.exposure, [&](const ExposureState& exposure, bool across) {
         ImagingState tried = state_.imaging;
         tried.exposure = exposure;
-        const Aligner::Fit fit = aligner_.fit(alignment.T_camera_object, state_, tried, across);
-        return ExposureFit{fit.score, fit.residual};
+        return aligner_.fit(alignment.T_camera_object, state_, tried, across);
       });
     }
     const bool sharp = motion < kBlurs || state_.imaging.exposure.known();
@@ -172,7 +171,6 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
   result.searched_everywhere = tuning_.recovery && motion.lost() && !tuning_.paper();
   const double farthest = std::max(kLeastJump, kJump * std::sqrt(motion.usual_innovation_squared()));
   result.jumps = motion.moving() && perturbation_between(prior_.T_camera_object, T, extent_).norm() > farthest;
-  result.known_contour = state.colors.known();
   result.usual_inlier_ratio = state.usual.inlier_ratio;
   result.usual_outline = state.usual.outline();
   // A side in view may be blank; before a frame was held nothing has told that texture says nothing.

@@ -1,7 +1,6 @@
 #include "holdfast/tracker.hpp"
 
 #include <string>
-#include <utility>
 
 #include "base/tuning.hpp"
 #include "holdfast/error.hpp"
