@@ -1,7 +1,5 @@
 #include "contour/color_histograms.hpp"
 
-#include <algorithm>
-
 namespace holdfast {
 namespace {
 

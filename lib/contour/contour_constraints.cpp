@@ -1,6 +1,5 @@
 #include "contour/contour_constraints.hpp"
 
-#include <array>
 #include <cmath>
 
 namespace holdfast {
@@ -50,15 +49,11 @@ void ContourConstraints::set_colors(const ColorHistograms& colors) {
 
 kernel::hf_contour ContourConstraints::options(const DeviceImage& image, const Pose& D,
                                                const Conditioning& conditioning, const ContourSearch& search) const {
-  const Level& level = levels_[static_cast<std::size_t>(level_)];
   kernel::hf_contour o{};
   to_rows(D, o.d);
   for (int i = 0; i < 3; ++i) o.center[i] = static_cast<float>(conditioning.p_camera_center(i));
   o.radius = static_cast<float>(conditioning.radius);
-  o.fx = static_cast<float>(level.camera.fx);
-  o.fy = static_cast<float>(level.camera.fy);
-  o.cx = static_cast<float>(level.camera.cx);
-  o.cy = static_cast<float>(level.camera.cy);
+  set_intrinsics(o, levels_[static_cast<std::size_t>(level_)].camera);
   o.region = to_kernel(image.uploaded(level_));
   o.count = static_cast<int>(points_.size());
   o.reach = kReach;
@@ -73,24 +68,14 @@ kernel::hf_contour ContourConstraints::options(const DeviceImage& image, const P
   return o;
 }
 
-void ContourConstraints::enqueue(cl::Kernel& kernel) {
-  const std::size_t group = device_.strips ? 1 : HF_GROUP;
-  device_.queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange((points_.size() + group - 1) / group * group),
-                                     cl::NDRange(group));
-}
-
 ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
                                          const ContourSearch& search) {
   ContourSums sums;
   if (points_.empty()) return sums;
   image.enqueue_pixels(level_);
-  constraints_.setArg(0, image.pixels(level_));
-  constraints_.setArg(1, levels_[static_cast<std::size_t>(level_)].layout);
-  constraints_.setArg(2, points_buffer_);
-  constraints_.setArg(3, options(image, D, conditioning, search));
-  constraints_.setArg(4, share_buffer_);
-  constraints_.setArg(5, sums_buffer_);
-  enqueue(constraints_);
+  set_arguments(constraints_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
+                options(image, D, conditioning, search), share_buffer_, sums_buffer_);
+  device_.enqueue_items(constraints_, points_.size());
   device_.queue.enqueueReadBuffer(sums_buffer_, CL_TRUE, 0, points_.size() * HF_CONTOUR_SUMS * sizeof(float),
                                   sums_.data());
   lines_.assign(points_.size(), Line::silent);
@@ -127,12 +112,9 @@ void ContourConstraints::learn(DeviceImage& image, const Pose& D, const Conditio
                                ColorHistograms& colors) {
   if (points_.empty()) return;
   image.enqueue_pixels(level_);
-  colors_.setArg(0, image.pixels(level_));
-  colors_.setArg(1, levels_[static_cast<std::size_t>(level_)].layout);
-  colors_.setArg(2, points_buffer_);
-  colors_.setArg(3, options(image, D, conditioning, {}));
-  colors_.setArg(4, bins_buffer_);
-  enqueue(colors_);
+  set_arguments(colors_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
+                options(image, D, conditioning, {}), bins_buffer_);
+  device_.enqueue_items(colors_, points_.size());
   const std::size_t count = points_.size() * kLine;
   device_.queue.enqueueReadBuffer(bins_buffer_, CL_TRUE, 0, count * sizeof(int), bins_.data());
   colors.learn({bins_.data(), count}, kReach);

@@ -66,7 +66,6 @@ class ContourConstraints {
  private:
   kernel::hf_contour options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,
                              const ContourSearch& search) const;
-  void enqueue(cl::Kernel& kernel);
 
   const Device::Impl& device_;
   const std::vector<Level>& levels_;

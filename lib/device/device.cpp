@@ -6,7 +6,6 @@
 #include <future>
 #include <initializer_list>
 #include <memory>
-#include <optional>
 
 #include "device/device_impl.hpp"
 #include "device/embedded_text.hpp"
@@ -206,6 +205,12 @@ void Device::Impl::enqueue_rows(const cl::Kernel& kernel, int width, int height)
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(columns, static_cast<std::size_t>(height)),
                                cl::NDRange(HF_GROUP, 1));
   }
+}
+
+void Device::Impl::enqueue_items(const cl::Kernel& kernel, std::size_t count) const {
+  const std::size_t group = strips ? 1 : HF_GROUP;
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange((count + group - 1) / group * group),
+                             cl::NDRange(group));
 }
 
 void Device::Impl::enqueue_tiles(const cl::Kernel& kernel, int tiles_x, int tiles_y) const {

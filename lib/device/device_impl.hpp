@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <future>
 #include <string>
 #include <utility>
@@ -32,6 +31,9 @@ struct Device::Impl {
 
   /// Enqueues an image kernel over `width` x `height` pixels: an item a row, or an item a pixel.
   void enqueue_rows(const cl::Kernel& kernel, int width, int height) const;
+
+  /// Enqueues a kernel of at least so many items.
+  void enqueue_items(const cl::Kernel& kernel, std::size_t count) const;
 
   /// Enqueues a kernel over tiles: an item, or a group, a tile.
   void enqueue_tiles(const cl::Kernel& kernel, int tiles_x, int tiles_y) const;

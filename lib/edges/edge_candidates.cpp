@@ -35,9 +35,7 @@ void EdgeCandidates::find(DeviceImage& image, int level, std::span<const Visible
   o.count = static_cast<int>(edges.size());
   set_arguments(kernel_, image.pixels(level), levels_[static_cast<std::size_t>(level)].layout, lines_buffer_, o,
                 found_buffer_);
-  const std::size_t group = device_.strips ? 1 : HF_GROUP;
-  device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange((edges.size() + group - 1) / group * group),
-                                     cl::NDRange(group));
+  device_.enqueue_items(kernel_, edges.size());
   device_.queue.enqueueReadBuffer(found_buffer_, CL_TRUE, 0, edges.size() * HF_EDGE_CANDIDATES * sizeof(EdgeCandidate),
                                   found_.data());
 }
