@@ -16,6 +16,7 @@
 #include "motion/motion_filter.hpp"
 #include "simulation/sequence.hpp"
 #include "solve/normal_equations.hpp"
+#include "support/conditioned.hpp"
 #include "support/paper_box.hpp"
 #include "support/simulated.hpp"
 #include "texture/noise_information.hpp"
@@ -112,7 +113,7 @@ Eigen::Vector3d unprojected(const Cell& cell) {
 Eigen::Matrix<double, 2, 6> motion_of(const Cell& cell) {
   constexpr double kStep = 1e-5;
   const auto moved = [&](const Twist& conditioned) {
-    const Eigen::Vector3d p = exp_se3(kConditioning.twist(conditioned)) * unprojected(cell);
+    const Eigen::Vector3d p = exp_se3(test::twist_of(kConditioning, conditioned)) * unprojected(cell);
     return Eigen::Vector2d(kCamera.fx * p.x() / p.z(), kCamera.fy * p.y() / p.z());
   };
   Eigen::Matrix<double, 2, 6> motion;

@@ -14,6 +14,7 @@
 #include "contour/contour_points.hpp"
 #include "holdfast/pose.hpp"
 #include "solve/conditioning.hpp"
+#include "support/conditioned.hpp"
 #include "support/kernel_checks.hpp"
 
 namespace {
@@ -448,7 +449,7 @@ void check_row(const Device::Impl& device, Size size) {
     ++checked;
     const Eigen::Vector2d normal = setting.line(points[i]).normal;
     const auto along = [&](const Vector6& y) {
-      const Pose moved = setting.D() * exp_se3(conditioning.twist(y));
+      const Pose moved = setting.D() * exp_se3(twist_of(conditioning, y));
       return normal.dot(setting.project(moved * points[i].p_camera.cast<double>()));
     };
     Vector6 slope, row;

@@ -8,6 +8,7 @@
 #include "solve/conditioning.hpp"
 #include "solve/normal_equations.hpp"
 #include "solve/uncertain_origin.hpp"
+#include "support/conditioned.hpp"
 
 namespace {
 
@@ -86,7 +87,7 @@ TEST_CASE("a kernel's quadratic in camera axes is the one in object axes") {
       const Twist y = random_twist(random, 1);
       constexpr double kStep = 1e-6;
       const Pose D = perturbed(T, kStep * y, kExtent) * T.inverse();
-      const Twist y_camera = conditioning.conditioned(log_se3(D)) / kStep;
+      const Twist y_camera = test::conditioned(conditioning, log_se3(D)) / kStep;
       CHECK((to_camera_axes(T) * y - y_camera).norm() < 1e-4 * y.norm());
       const double in_camera = 0.5 * y_camera.dot(A * y_camera) - y_camera.dot(h);
       const double in_object = 0.5 * y.dot(equations.A * y) - y.dot(equations.h);

@@ -9,11 +9,6 @@ namespace holdfast {
 struct Conditioning {
   Eigen::Vector3d p_camera_center = Eigen::Vector3d::Zero();
   double radius = 1;
-
-  /// Twist about the camera's origin of a conditioned one.
-  Twist twist(const Twist& conditioned) const;
-  /// The inverse of twist().
-  Twist conditioned(const Twist& twist) const;
 };
 
 }  // namespace holdfast
