@@ -1,6 +1,5 @@
 #include "detection/contour_template.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 

@@ -1,7 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <opencv2/calib3d.hpp>
 
 #include "detection/frame_mat.hpp"
@@ -84,8 +84,7 @@ std::vector<PoseCandidate> Detector::detect(const ImageView& frame) const {
     if (agreed.empty()) break;
     candidates.insert(candidates.end(), agreed.begin(), agreed.end());
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const PoseCandidate& a, const PoseCandidate& b) { return a.inliers > b.inliers; });
+  std::ranges::stable_sort(candidates, std::greater{}, &PoseCandidate::inliers);
   return candidates;
 }
 

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
@@ -174,7 +175,7 @@ struct GuideDetector::Impl {
       const double score = (best / static_cast<double>(shown.points.size()) - kNothing) / (255 - kNothing);
       all.push_back({score, &shown, {(place.x - reach.width) * kStep, (place.y - reach.height) * kStep}});
     }
-    std::stable_sort(all.begin(), all.end(), [](const Peak& a, const Peak& b) { return a.score > b.score; });
+    std::ranges::stable_sort(all, std::greater{}, &Peak::score);
     return all;
   }
 

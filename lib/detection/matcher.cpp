@@ -71,9 +71,7 @@ Matches Matcher::match(const ImageView& frame) {
     const float ratio = std::sqrt(square[0] / std::max(square[other], 1e-12f));
     if (ratio < kRatio) kept.push_back({ratio, i, nearest[0]});
   }
-  std::sort(kept.begin(), kept.end(), [](const Match& a, const Match& b) {
-    return a.ratio != b.ratio ? a.ratio < b.ratio : a.feature < b.feature;
-  });
+  std::ranges::sort(kept, {}, [](const Match& match) { return std::pair(match.ratio, match.feature); });
   for (const Match& match : kept) {
     const Eigen::Vector3f& p = places[static_cast<std::size_t>(match.place)];
     matches.places.emplace_back(p.x(), p.y(), p.z());

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <optional>

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
+#include <functional>
 
 namespace holdfast {
 namespace {
@@ -58,7 +58,7 @@ bool has_flat_faces(const Mesh& mesh) {
     }
     face->area += area;
   }
-  std::sort(faces.begin(), faces.end(), [](const Face& one, const Face& other) { return one.area > other.area; });
+  std::ranges::sort(faces, std::greater{}, &Face::area);
   double flat = 0;
   for (std::size_t i = 0; i < std::min(kMostFaces, faces.size()); ++i) flat += faces[i].area;
   return flat >= kFlatShare * total;

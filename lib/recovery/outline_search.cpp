@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "base/turns.hpp"
-#include "recovery/relocalizer.hpp"
 
 namespace holdfast {
 namespace {
@@ -97,8 +97,7 @@ void OutlineSearch::plan(const Pose& T_last) {
     if (std::any_of(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(around), near)) continue;
     add_view(on_axis(T.linear()), kMostTurn, kRememberedTwist);
   }
-  std::stable_sort(templates_.begin(), templates_.end(),
-                   [](const Template& a, const Template& b) { return a.turn < b.turn; });
+  std::ranges::stable_sort(templates_, {}, &Template::turn);
 }
 
 void OutlineSearch::draw(View& view) {
@@ -209,10 +208,10 @@ double OutlineSearch::agreement(const View& view, const Pose& T_camera_object) c
   return sum / std::max(1.0, used);
 }
 
-OutlineSearch::Found OutlineSearch::refined(const Peak& peak) const {
+PoseCandidate OutlineSearch::refined(const Peak& peak) const {
   const View& view = views_[peak.shown.view];
   const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
-  Found best;
+  PoseCandidate best;
   best.T_camera_object = pose_at(peak);
   best.score = agreement(view, best.T_camera_object);
   for (int step = 0; step < kSteps; ++step) {
@@ -259,15 +258,14 @@ std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistogram
   read_frame(colors);
   std::vector<Peak> peaks;
   for (const Template* shown : part) peaks.push_back(best_place(*shown, kEach));
-  const auto better = [](const Peak& a, const Peak& b) { return a.score > b.score; };
-  std::stable_sort(peaks.begin(), peaks.end(), better);
+  std::ranges::stable_sort(peaks, std::greater{}, &Peak::score);
   peaks.resize(std::min(kMostLookedAt, peaks.size()));
   for (Peak& peak : peaks) peak = best_place(peak.shown, 1);
-  std::vector<Found> found;
+  std::vector<PoseCandidate> found;
   for (const Peak& peak : peaks) found.push_back(refined(peak));
-  std::stable_sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.score > b.score; });
+  std::ranges::stable_sort(found, std::greater{}, &PoseCandidate::score);
   std::vector<Pose> poses;
-  for (const Found& near : found) {
+  for (const PoseCandidate& near : found) {
     const Pose& T = near.T_camera_object;
     const auto same = [&](const Pose& other) {
       return turn_between(T, other) < kTurnedApart &&

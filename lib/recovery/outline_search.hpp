@@ -11,6 +11,7 @@
 #include "recovery/direction_responses.hpp"
 #include "recovery/keyframes.hpp"
 #include "recovery/outline_template.hpp"
+#include "recovery/relocalizer.hpp"
 
 namespace holdfast {
 
@@ -59,12 +60,8 @@ class OutlineSearch {
   /// The place where a template agrees best, by each so many-th of its points.
   Peak best_place(const Template& shown, std::size_t each);
   Pose pose_at(const Peak& peak) const;
-  struct Found {
-    Pose T_camera_object = Pose::Identity();
-    double score = 0;
-  };
   /// The pose around a peak's at which most of its points agree.
-  Found refined(const Peak& peak) const;
+  PoseCandidate refined(const Peak& peak) const;
   /// How well the points of a view agree where a pose near it puts them.
   double agreement(const View& view, const Pose& T_camera_object) const;
 

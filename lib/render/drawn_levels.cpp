@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "render/mesh_levels.hpp"
-
 namespace holdfast {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "render/gl_context.hpp"
 
-#include <string>
-
 #include "render/renderer_error.hpp"
 
 namespace holdfast {

@@ -1,7 +1,5 @@
 #include "texture/flow_constraints.hpp"
 
-#include <array>
-
 namespace holdfast {
 
 FlowConstraints::FlowConstraints(const Device::Impl& device, const std::vector<Level>& levels)

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "base/tuning.hpp"
+#include "holdfast/options.hpp"
 #include "image/device_image.hpp"
 #include "image/view_template.hpp"
 

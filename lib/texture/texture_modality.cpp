@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solve/covariance.hpp"
-
 namespace holdfast {
 namespace {
 
