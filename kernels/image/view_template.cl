@@ -260,18 +260,11 @@ __kernel void template_planes(__global const float* in, hf_view view, __global c
   __global const float* p = in + HF_PIXEL * e;
   const float4 v = vload4(0, p), left = vload4(0, p - HF_PIXEL), right = vload4(0, p + HF_PIXEL);
   const float4 up = vload4(0, p - step), down = vload4(0, p + step);
-  const float4 dx4 = 0.5f * (right - left), dy4 = 0.5f * (down - up);
   view_pixels pixels;
-  pixels.value[0] = v.x;
-  pixels.value[1] = v.y;
-  pixels.value[2] = v.z;
   pixels.coverage = v.w;
-  pixels.dx[0] = dx4.x;
-  pixels.dx[1] = dx4.y;
-  pixels.dx[2] = dx4.z;
-  pixels.dy[0] = dy4.x;
-  pixels.dy[1] = dy4.y;
-  pixels.dy[2] = dy4.z;
+  vstore3(v.xyz, 0, pixels.value);
+  vstore3(0.5f * (right - left).xyz, 0, pixels.dx);
+  vstore3(0.5f * (down - up).xyz, 0, pixels.dy);
   pixels.around = fmin(fmin(left.w, right.w), fmin(up.w, down.w));
   store_planes(&pixels, z, visible, depth, layout, e, k, value, dx, dy, usable);
 }

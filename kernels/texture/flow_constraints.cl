@@ -121,8 +121,7 @@ __kernel void flow_constraints(__global const float* value, __global const float
       add_row(classes + element(layout, x0 - 8, y + reach * k.every), &columns);
       if (row >= k.every) remove_row(classes + element(layout, x0 - 8, y - (reach + 1) * k.every), &columns);
     }
-#endif
-#if !HF_STRIPS
+#else
     const lane_int counts = (class & HF_COUNTS_IN_VOTE) != 0;
 #endif
     class &= 15;

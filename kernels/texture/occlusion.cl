@@ -80,15 +80,9 @@ void sample_frame(__global const float* frame, hf_layout layout, lane_float x, l
   const int xi = (int)x, yi = (int)y;
   const pixel_sample s =
       sample_pixel(frame + HF_PIXEL * element(layout, xi, yi), HF_PIXEL * layout.stride, x - xi, y - yi);
-  samples->value[0] = s.value.x;
-  samples->value[1] = s.value.y;
-  samples->value[2] = s.value.z;
-  samples->dx[0] = s.dx.x;
-  samples->dx[1] = s.dx.y;
-  samples->dx[2] = s.dx.z;
-  samples->dy[0] = s.dy.x;
-  samples->dy[1] = s.dy.y;
-  samples->dy[2] = s.dy.z;
+  vstore3(s.value.xyz, 0, samples->value);
+  vstore3(s.dx.xyz, 0, samples->dx);
+  vstore3(s.dy.xyz, 0, samples->dy);
   samples->coverage = s.value.w;
 }
 #endif
