@@ -138,8 +138,7 @@ std::vector<PoseCandidate> Relocalizer::search(const DrawView& draw, const Level
 PoseCandidate Relocalizer::looked_at(const DrawView& draw, const Pose& T_camera_object, int level, int reach) {
   if (!draw(T_camera_object, level)) return {T_camera_object, 0};
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
-  const Rect shifts{-reach, -reach, 2 * reach + 1, 2 * reach + 1};
-  const ShiftSearch::Result shift = search_.search(view_, image_, level, shifts, kScoredPixels);
+  const ShiftSearch::Result shift = search_.search(view_, image_, level, ShiftSearch::within(reach), kScoredPixels);
   return {shifted(T_camera_object, extent_.p_object_center, camera, shift), shift.score};
 }
 
@@ -212,7 +211,7 @@ std::vector<PoseCandidate> Relocalizer::search_parts(const DrawView& draw, const
   search_.enqueue_gradients(image_, level);
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const Rect drawn = coarser(object, level);
-  const Rect shifts{-kPartReach, -kPartReach, 2 * kPartReach + 1, 2 * kPartReach + 1};
+  const Rect shifts = ShiftSearch::within(kPartReach);
   std::vector<PoseCandidate> candidates;
   for (int row = 0; row < kPartsASide; ++row) {
     for (int column = 0; column < kPartsASide; ++column) {

@@ -6,8 +6,6 @@
 namespace holdfast {
 namespace {
 
-/// Pixels of the view that a shift is scored with, about: more cost time and change nothing.
-constexpr double kScoredPixels = 500;
 constexpr std::size_t kGradientPlanes = 7;
 
 /// Offset of a parabola's maximum through three equidistant values, in (-0.5, 0.5).
@@ -37,11 +35,6 @@ void ShiftSearch::enqueue_gradients(const DeviceImage& image, int level_index) {
   set_arguments(frame_gradients_, image.blurred(level_index), level.layout, to_kernel(rect), gradients_,
                 static_cast<int>(level.elements));
   device_.enqueue_rows(frame_gradients_, rect.width, rect.height);
-}
-
-ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,
-                                        int radius) {
-  return search(view, image, level_index, {-radius, -radius, 2 * radius + 1, 2 * radius + 1}, kScoredPixels);
 }
 
 ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceImage& image, int level_index,

@@ -20,13 +20,14 @@ class ShiftSearch {
     double unshifted = 0;   ///< agreement without shift, where that is among the shifts
   };
 
+  /// Shifts by up to `radius` pixels both ways.
+  static Rect within(int radius) { return {-radius, -radius, 2 * radius + 1, 2 * radius + 1}; }
+
   /// Prepares the blurred frame's level for search(); once a frame.
   void enqueue_gradients(const DeviceImage& image, int level);
 
-  /// Shifts by up to `radius` both ways. Waits for the device.
-  Result search(const ViewTemplate& view, const DeviceImage& image, int level, int radius);
   /// Shifts by [x, x + width) x [y, y + height). `scored_pixels`: pixels that shifts are scored with, about; `part`: of
-  /// the view, pixels of the level.
+  /// the view, pixels of the level. Waits for the device.
   Result search(const ViewTemplate& view, const DeviceImage& image, int level, const Rect& shifts, double scored_pixels,
                 std::optional<Rect> part = {});
 

@@ -30,6 +30,8 @@ constexpr double kCloseStep = 0.3;
 /// Ratio to what is known without it that the outline's information must reach for some motion to be asked: texture is
 /// several times as sure as its equations say (its blocks agree better than that), the outline less than its own.
 constexpr double kNoticeable = 0.6;
+/// Pixels of the view that a shift is scored with, about: more cost time and change nothing.
+constexpr double kScoredPixels = 500;
 /// Least information of a shift search's best place beside no shift.
 constexpr double kClearShift = 0.02;
 constexpr int kMostStride = 4;
@@ -181,7 +183,8 @@ bool Aligner::spares_contour(const TextureTerms& texture, const NormalEquations&
 void Aligner::shift(Alignment& alignment, int level) {
   const Stopwatch watch(times_.search);
   const int radius = (tuning_.search_radius >> level) + 1;
-  const ShiftSearch::Result found = shift_search_.search(view_, image_, level, radius);
+  const ShiftSearch::Result found =
+      shift_search_.search(view_, image_, level, ShiftSearch::within(radius), kScoredPixels);
   if (found.score <= found.unshifted + kClearShift) return;
   const Camera& camera = levels_[static_cast<std::size_t>(level)].camera;
   const double z = (alignment.T_camera_object * extent_.p_object_center).z();
