@@ -18,9 +18,9 @@ constexpr double kBeside = 2;
 /// Share of colours in a contour's response.
 constexpr float kColors = 0.5F;
 
-int level_of(float value) {
+std::uint8_t level_of(float value) {
   constexpr float kRange = 255 - DirectionResponses::kNothing;
-  return std::clamp(static_cast<int>(DirectionResponses::kNothing + kRange * value), 0, 255);
+  return static_cast<std::uint8_t>(std::clamp(static_cast<int>(DirectionResponses::kNothing + kRange * value), 0, 255));
 }
 
 }  // namespace
@@ -37,9 +37,6 @@ void DirectionResponses::find_edges(const float* rgb, int stride) {
   own_.assign(size, 0);
   std::vector<std::uint8_t>& directions = seen_;
   directions.assign(size, 0);
-  const auto index = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-  };
   for (int y = 1; y + 1 < height_; ++y) {
     for (int x = 1; x + 1 < width_; ++x) {
       const float* here = rgb + 4 * (static_cast<std::ptrdiff_t>(y) * stride + x);
@@ -83,22 +80,12 @@ void DirectionResponses::find_edges(const float* rgb, int stride) {
   }
 }
 
-void DirectionResponses::put(int plane, int x, int y, int value) {
-  planes_[static_cast<std::size_t>(at(plane, x + margin_, y + margin_) - planes_.data())] =
-      static_cast<std::uint8_t>(value);
-}
-
 /// Responses to a direction, less their mean all around.
 std::vector<float> DirectionResponses::beside_others(const float* value) const {
   const int across = width_ + 1;
   std::vector<float> said(seen_.size());
-  std::vector<double> sums(static_cast<std::size_t>(across) * static_cast<std::size_t>(height_ + 1));
-  const auto sum = [&](int x, int y) -> double& {
-    return sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
-  };
-  const auto index = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-  };
+  std::vector<double> sums(std::size_t{1} * across * (height_ + 1));
+  const auto sum = [&](int x, int y) -> double& { return sums[std::size_t{1} * y * across + x]; };
   for (int y = 0; y < height_; ++y) {
     double row = 0;
     for (int x = 0; x < width_; ++x) {
@@ -125,9 +112,7 @@ void DirectionResponses::compute(const float* rgb, int stride, const std::vector
   columns_ = (width + 2 * margin + kStep - 1) / kStep;
   rows_ = (height + 2 * margin + kStep - 1) / kStep;
   find_edges(rgb, stride);
-  planes_.assign(static_cast<std::size_t>((kEdges + kContours) * kStep * kStep) * static_cast<std::size_t>(rows_) *
-                     static_cast<std::size_t>(columns_),
-                 std::uint8_t{kNothing});
+  planes_.assign(at(kEdges + kContours, 0, 0), std::uint8_t{kNothing});
   // What edges around a pixel say for each direction, of each set of them.
   float value[kEdges][1 << kEdges];
   for (int d = 0; d < kEdges; ++d) {
@@ -148,13 +133,14 @@ void DirectionResponses::compute(const float* rgb, int stride, const std::vector
   const int border = static_cast<int>(kBeside);
   for (int y = border; y + border < height; ++y) {
     for (int x = border; x + border < width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-      for (int d = 0; d < kEdges; ++d) put(d, x, y, level_of(said[d][i]));
+      const std::size_t i = index(x, y);
+      const auto response = [&](int plane) -> std::uint8_t& { return planes_[at(plane, x + margin, y + margin)]; };
+      for (int d = 0; d < kEdges; ++d) response(d) = level_of(said[d][i]);
       for (int d = 0; d < kContours; ++d) {
         const std::ptrdiff_t across = static_cast<std::ptrdiff_t>(beside_y[d]) * width + beside_x[d];
         const float* here = says.data() + i;
         const float contrast = 0.5F * (here[-across] - here[across]);
-        put(kEdges + d, x, y, level_of((1 - kColors) * said[d % kEdges][i] + kColors * contrast));
+        response(kEdges + d) = level_of((1 - kColors) * said[d % kEdges][i] + kColors * contrast);
       }
     }
   }

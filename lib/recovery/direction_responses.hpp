@@ -28,21 +28,19 @@ class DirectionResponses {
   int rows() const { return rows_; }
   int margin() const { return margin_; }
   /// Responses at (x + kStep * i, y + kStep * j), at plane[j * columns() + i]: x and y count from the margin's corner.
-  const std::uint8_t* edges(int direction, int x, int y) const { return at(direction, x, y); }
-  const std::uint8_t* contours(int direction, int x, int y) const { return at(kEdges + direction, x, y); }
+  const std::uint8_t* edges(int direction, int x, int y) const { return planes_.data() + at(direction, x, y); }
+  const std::uint8_t* contours(int direction, int x, int y) const { return edges(kEdges + direction, x, y); }
 
  private:
   void find_edges(const float* rgb, int stride);
   std::vector<float> beside_others(const float* value) const;
-  const std::uint8_t* at(int plane, int x, int y) const {
+  /// Of a response in planes_.
+  std::size_t at(int plane, int x, int y) const {
     const int phase = (y % kStep) * kStep + x % kStep;
-    return planes_.data() +
-           (static_cast<std::size_t>(plane * kStep * kStep + phase) * static_cast<std::size_t>(rows_) +
-            static_cast<std::size_t>(y / kStep)) *
-               static_cast<std::size_t>(columns_) +
-           x / kStep;
+    return (std::size_t{1} * (plane * kStep * kStep + phase) * rows_ + y / kStep) * columns_ + x / kStep;
   }
-  void put(int plane, int x, int y, int value);
+  /// Of a pixel.
+  std::size_t index(int x, int y) const { return std::size_t{1} * y * width_ + x; }
 
   int width_ = 0, height_ = 0, margin_ = 0, columns_ = 0, rows_ = 0;
   std::vector<float> strength_;
