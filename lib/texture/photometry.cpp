@@ -107,6 +107,15 @@ struct TileLight {
       }
     }
   }
+
+  /// From a tile's equations, or from a sum that they are part of.
+  void eliminate(Matrix6& A, Twist& h) const {
+    for (std::size_t c = 0; any && c < HF_CHANNELS; ++c) {
+      const Matrix62 BC = B[c] * C[c].inverse();
+      A -= BC * B[c].transpose();
+      h -= BC * d[c];
+    }
+  }
 };
 
 }  // namespace
@@ -243,13 +252,7 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
                            ConstraintSums& sums) const {
   if (!eliminates() || sums.rows <= 0) return;
   for (std::size_t i = 0; i < count(constraints.tiles()); ++i) {
-    const TileLight light(constraints, k, sums, i, false);
-    if (!light.any) continue;
-    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-      const Matrix62 BC = light.B[c] * light.C[c].inverse();
-      sums.A -= BC * light.B[c].transpose();
-      sums.h -= BC * light.d[c];
-    }
+    TileLight(constraints, k, sums, i, false).eliminate(sums.A, sums.h);
   }
   sums.beside_light = left_beside_light(sums.A, sums.A_rows);
   if (sums.beside_light.isIdentity(0)) return;
@@ -264,12 +267,8 @@ void Photometry::eliminate(const FlowConstraints& constraints, const kernel::hf_
     TileEquations& tile = equations[i];
     const TileLight light(constraints, k, sums, i, true);
     if (!light.any || !tile.informative) continue;
-    for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
-      const Matrix62 BC = light.B[c] * light.C[c].inverse();
-      tile.A -= BC * light.B[c].transpose();
-      tile.h -= BC * light.d[c];
-      tile.to_dark += gain_[c] * light.to_dark[c];
-    }
+    light.eliminate(tile.A, tile.h);
+    for (std::size_t c = 0; c < HF_CHANNELS; ++c) tile.to_dark += gain_[c] * light.to_dark[c];
   }
   if (sums.beside_light.isIdentity(0)) return;
   for (TileEquations& tile : equations) {
