@@ -45,18 +45,15 @@ DeviceInfo describe(const cl::Platform& platform, const cl::Device& device) {
                                                     : "other";
   info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
   if (!device.getInfo<CL_DEVICE_AVAILABLE>()) {
-    info.usable = false;
     info.reason = "the driver says it is not available";
   } else if (!device.getInfo<CL_DEVICE_COMPILER_AVAILABLE>()) {
-    info.usable = false;
     info.reason = "it has no kernel compiler";
   } else if (device.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>() < HF_GROUP) {
-    info.usable = false;
     info.reason = "its work-groups are too small";
   } else if (!device.getInfo<CL_DEVICE_ENDIAN_LITTLE>()) {
-    info.usable = false;
     info.reason = "it is big-endian";
   }
+  info.usable = info.reason.empty();
   return info;
 }
 

@@ -50,17 +50,13 @@ Texture halved(const Texture& source, bool repeat, const LightEncoding& encoding
   const std::vector<Taps> rows = taps(source.height, half.height, repeat);
   half.rgba.resize(columns.size() * rows.size() * 4);
 
-  std::array<float, 256> light_of{};
-  for (std::size_t i = 0; i < light_of.size(); ++i) {
-    light_of[i] = static_cast<float>(encoding.light(static_cast<std::uint8_t>(i)));
-  }
   Row light(static_cast<std::size_t>(source.width));
   const auto along = [&](int row, Row& line) {
     const std::uint8_t* texel = source.rgba.data() + static_cast<std::size_t>(row) * light.size() * 4;
     for (Eigen::Array4f& lit : light) {
       const float weight = static_cast<float>(texel[3]) * (1.0F / 255) + kUnseen;
       // One by one, where they stay: put together first they would be waited for on their way through memory.
-      for (int c = 0; c < 3; ++c) lit[c] = weight * light_of[texel[c]];
+      for (int c = 0; c < 3; ++c) lit[c] = weight * static_cast<float>(encoding.light(texel[c]));
       lit[3] = weight;
       texel += 4;
     }
