@@ -18,6 +18,9 @@ namespace {
 
 using namespace holdfast;
 
+/// The tracker's usual budget of a frame.
+constexpr double kBudgetMs = 25;
+
 /// A picture of four floats a pixel: a bright square from `first` to `last` in the dark, and what says so.
 struct Square {
   static constexpr int kWidth = 48, kHeight = 40, kFirst = 12, kLast = 27;
@@ -198,17 +201,39 @@ TEST_CASE("turned, nearer and elsewhere in the picture: one of the poses propose
     scene.show(T_true);
     double least = 1e9;
     for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors)));
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs)));
     }
     CHECK(least < 0.5);
     // Without the colours by the gradients alone.
     scene.search.end();
     least = 1e9;
     for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, ColorHistograms())));
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, ColorHistograms(), kBudgetMs)));
     }
     CHECK(least < 0.6);
   }
+}
+
+TEST_CASE("a small budget proposes the same pose some frames later") {
+  const Device device;
+  Scene scene(device);
+  const Pose T_last = pose_of({0.5, 0.4, 0.2}, {-0.05, -0.02, 0.42}),
+             T_true = pose_of({0.9, 0.3, 0.5}, {0.05, 0.02, 0.46});
+  scene.show(T_last);
+  ColorHistograms colors;
+  REQUIRE(scene.contour.learn(T_last, 0, colors));
+  scene.show(T_true);
+  const auto frames_until_near = [&](double budget_ms) {
+    scene.search.end();
+    for (int frame = 1; frame <= 40; ++frame) {
+      if (scene.nearest(T_true, scene.search.starts(T_last, colors, budget_ms)) < 0.5) return frame;
+    }
+    return 1000;
+  };
+  const int most = frames_until_near(1000), usual = frames_until_near(kBudgetMs), least = frames_until_near(0);
+  CHECK(most <= usual);
+  CHECK(usual <= least);
+  CHECK(least <= 40);
 }
 
 TEST_CASE("the same frames propose the same poses, and a new search begins anew") {
@@ -218,10 +243,10 @@ TEST_CASE("the same frames propose the same poses, and a new search begins anew"
   scene.show(pose_of({0.6, 0.5, 0.1}, {0.04, 0.02, 0.42}));
   const ColorHistograms colors;
   std::vector<std::vector<Pose>> first;
-  for (int i = 0; i < 3; ++i) first.push_back(scene.search.starts(T_last, colors));
+  for (int i = 0; i < 3; ++i) first.push_back(scene.search.starts(T_last, colors, kBudgetMs));
   scene.search.end();
   for (int i = 0; i < 3; ++i) {
-    const std::vector<Pose> again = scene.search.starts(T_last, colors);
+    const std::vector<Pose> again = scene.search.starts(T_last, colors, kBudgetMs);
     REQUIRE(again.size() == first[static_cast<std::size_t>(i)].size());
     for (std::size_t n = 0; n < again.size(); ++n) {
       CHECK(again[n].matrix() == first[static_cast<std::size_t>(i)][n].matrix());

@@ -20,10 +20,12 @@ constexpr double kSwing = 0.3, kTwist = 0.22, kRememberedTwist = 0.44;
 /// How near or far it may have gone meanwhile.
 constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
 constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
-/// Templates that are compared with a frame, and views drawn for them.
-constexpr std::size_t kTemplates = 2000;
-/// All of them by one of so many of their points, and the best by all.
-constexpr std::size_t kEach = 3, kMostLookedAt = 200;
+/// Nominal milliseconds of reading a frame and of a template, and templates that are compared with a frame anyhow.
+constexpr double kFrameMs = 6, kTemplateMs = 0.045;
+constexpr std::size_t kLeastTemplates = 100;
+/// They are compared by one of so many of their points, and the best, one of so many, by all.
+constexpr std::size_t kEach = 3, kLookedAt = 8;
+/// Views drawn in a frame.
 constexpr int kMostViews = 12;
 /// Each so many-th point of these moves the pose to where more agree: first steps, radians or pixels of the level, of
 /// which each next is half, and how often each is gone through at most.
@@ -240,12 +242,13 @@ PoseCandidate OutlineSearch::refined(const Peak& peak) const {
   return best;
 }
 
-std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors) {
+std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms) {
   if (!searching_) plan(T_last);
   searching_ = true;
   std::vector<const Template*> part;
   int drawn = 0;
-  for (std::size_t i = 0; i < std::min(kTemplates, templates_.size()); ++i) {
+  const auto affordable = static_cast<std::size_t>(std::max(0.0, budget_ms - kFrameMs) / kTemplateMs);
+  for (std::size_t i = 0; i < std::min(std::max(kLeastTemplates, affordable), templates_.size()); ++i) {
     const Template& shown = templates_[next_];
     View& view = views_[shown.view];
     if (!view.drawn) {
@@ -259,7 +262,7 @@ std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistogram
   std::vector<Peak> peaks;
   for (const Template* shown : part) peaks.push_back(best_place(*shown, kEach));
   std::ranges::stable_sort(peaks, std::greater{}, &Peak::score);
-  peaks.resize(std::min(kMostLookedAt, peaks.size()));
+  peaks.resize((peaks.size() + kLookedAt - 1) / kLookedAt);
   for (Peak& peak : peaks) peak = best_place(peak.shown, 1);
   std::vector<PoseCandidate> found;
   for (const Peak& peak : peaks) found.push_back(refined(peak));

@@ -28,8 +28,6 @@ constexpr double kScoredPixels = 200;
 constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
 /// Turn from the best start, radians, that others are tried with.
 constexpr double kBetweenViews = 0.12;
-/// Of a frame's starts by the outline, those followed to the finest level.
-constexpr std::size_t kMostOutlineStarts = 1;
 
 }  // namespace
 
@@ -196,28 +194,27 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
   std::vector<Alignment> starts;
   const auto add = [&](const Pose& T) {
+    if (!starts.empty() && aligner_.nominal_ms() >= tuning_.recovery_budget_ms) return;
     Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), state_);
     if (start.solved) starts.push_back(std::move(start));
   };
   const auto sort = [&] { std::ranges::stable_sort(starts, std::greater{}, &Alignment::score); };
-  for (const Pose& T : outline_search_.starts(T_last, state_.colors)) add(T);
+  const double budget = 0.5 * tuning_.recovery_budget_ms;  // the rest aligns what is found
+  for (const Pose& T : outline_search_.starts(T_last, state_.colors, budget)) add(T);
+  if (starts.empty()) return;
   sort();
-  if (!starts.empty()) {
-    // An outline leads back from turns of less than those between the views.
-    const Pose T_best = starts[0].T_camera_object;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const double angle : {-kBetweenViews, kBetweenViews}) {
-        add(turned_about_center(T_best, extent_, Eigen::Vector3d::Unit(axis), angle));
-      }
+  // An outline leads back from turns of less than those between the views.
+  const Pose T_best = starts[0].T_camera_object;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double angle : {-kBetweenViews, kBetweenViews}) {
+      add(turned_about_center(T_best, extent_, Eigen::Vector3d::Unit(axis), angle));
     }
-    sort();
   }
-  for (std::size_t i = 0; i < std::min(kMostOutlineStarts, starts.size()); ++i) {
-    Alignment found = align_anywhere(starts[i].T_camera_object, state_.finest);
-    if (!found.solved || found.score <= best.score) continue;
-    if (is_probable(found, context(found, state_))) tell_apart(found);
-    best = found;
-  }
+  sort();
+  Alignment found = align_anywhere(starts[0].T_camera_object, state_.finest);
+  if (!found.solved || found.score <= best.score) return;
+  if (is_probable(found, context(found, state_))) tell_apart(found);
+  best = found;
 }
 
 void Pipeline::tell_apart(Alignment& found) {
