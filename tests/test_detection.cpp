@@ -315,6 +315,23 @@ TEST_CASE("A box without texture is found near where a guide has it") {
   CHECK(found >= 6);  // most of them, in one frame each, before clutter of all colours
 }
 
+TEST_CASE("What a guide leads to does not hang on frames before") {
+  const simulation::Sequence sequence(plain_box(), frames_at(any_poses(4, 21)));
+  std::mt19937 random(4);
+  for (int i = 0; i < sequence.size(); ++i) {
+    CAPTURE(i);
+    const Pose T_guide = off_by_some(sequence.pose(i), sequence.camera(), random);
+    const detection::GuideDetector guide(bare_box(), sequence.camera(), T_guide);
+    const cv::Mat frame = sequence.frame(i), noise = clutter(sequence.camera());
+    Tracker tracker(bare_box(), sequence.camera()), waiting(bare_box(), sequence.camera());
+    const auto at_once = detection::start_near(tracker, guide.detect(view_of(frame)), view_of(frame));
+    detection::start_near(waiting, guide.detect(view_of(noise)), view_of(noise));
+    const auto later = detection::start_near(waiting, guide.detect(view_of(frame)), view_of(frame));
+    REQUIRE(at_once.has_value() == later.has_value());
+    if (later) CHECK(later->T_camera_object.matrix() == at_once->T_camera_object.matrix());
+  }
+}
+
 TEST_CASE("A guide finds nothing where the object is not") {
   // Other boxes, printed ones, in other places than the guide has the plain one.
   const simulation::Sequence sequence(box(), frames_at(any_poses(6, 23)));

@@ -46,8 +46,9 @@ bool is_surely_found(const FrameResult& result) {
   return (ratio >= kRatio && correlation >= kCorrelation) || (ratio >= kPartRatio && correlation >= kPartCorrelation);
 }
 
-/// What a guide leads to, the contour's colours learned where it is.
+/// What a guide leads to, the contour's colours learned where it is, whatever was seen elsewhere before.
 FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const Pose& T_start) {
+  tracker.reset(T_start);
   FrameResult result = tracker.refine(frame, T_start);
   for (int round = 0; round < kMostRounds && result.status == Status::held; ++round) {
     const Pose T_before = result.T_camera_object;
