@@ -255,7 +255,8 @@ int TrackCommand::run() const {
   RunSummary summary = figures.summary(report);
   summary.complete = summary.complete && !early;
   std::exception_ptr failure = report.failure;
-  bool model_saved = false;
+  std::vector<fs::path> also_written;
+  if (!camera_out.empty()) also_written.push_back(camera_out);
   const auto attempt = [&failure](const std::function<void()>& step) {
     try {
       step();
@@ -265,13 +266,15 @@ int TrackCommand::run() const {
   };
   attempt([&] { files.finish(summary); });
   if (memory) {
-    attempt([&] { memory->save(); });
+    attempt([&] {
+      if (memory->save()) also_written.push_back(remembered);
+    });
     warn_if(memory->doubt());
   }
   if (completion) {
     attempt([&] {
       io::save_model(completed_model, completion->model());
-      model_saved = true;
+      also_written.push_back(completed_model);
     });
   }
   if (!quiet) {
@@ -284,9 +287,7 @@ int TrackCommand::run() const {
       const bool complete = std::ranges::find(files.incomplete(), path) == files.incomplete().end();
       fmt::print("  {}  {}\n", complete ? "written" : "incomplete", path.string());
     }
-    if (model_saved) {
-      fmt::print("  written  {}\n", completed_model.string());
-    }
+    for (const fs::path& path : also_written) fmt::print("  written  {}\n", path.string());
     std::fflush(stdout);
   }
   if (failure) {

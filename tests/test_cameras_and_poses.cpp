@@ -343,6 +343,13 @@ TEST_CASE("Poses that cannot be used: one line that names file, line and fault")
               "3 numbers");
 }
 
+TEST_CASE("What is no text is said not to be") {
+  const TemporaryFolder folder;
+  const std::string video("\0\0\0 ftypisom", 12);
+  CHECK_ERROR(io::load_camera(folder.write("c.txt", video)), ErrorCode::file, "c.txt", "not a text file");
+  CHECK_ERROR(io::load_pose(folder.write("p.txt", video)), ErrorCode::file, "p.txt", "not a text file");
+}
+
 TEST_CASE("Text in UTF-16 is said to be that") {
   const TemporaryFolder folder;
   const std::string text(

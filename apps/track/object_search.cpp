@@ -106,7 +106,7 @@ FrameResult StartSearch::look(Tracker& tracker, const ImageView& frame, std::opt
     if (!found_) {
       result.status = Status::lost;
       result.reason = Reason::not_surely_found;
-      result.message = "seen, to be confirmed by the next frames";
+      result.message = "seen; the next frames have to confirm it";
     }
   }
   result.ms.total = milliseconds_since(begin);
@@ -139,10 +139,11 @@ bool Memory::look(const ImageView& frame, const FrameResult& result) {
   return learned;
 }
 
-void Memory::save() {
-  if (!changed_) return;
+bool Memory::save() {
+  if (!changed_) return false;
   learner_.seen().save(path_);
   changed_ = false;
+  return true;
 }
 
 std::optional<std::string> Memory::doubt() const {

@@ -91,8 +91,8 @@ class Memory {
   bool look(const ImageView& frame, const FrameResult& result);
   /// The next pose is known whatever was lost before.
   void begin() { sure_ = true; }
-  /// Writes the file, where anything was learned since. Throws Error(output).
-  void save();
+  /// Writes the file, where anything was learned since: true. Throws Error(output).
+  bool save();
   /// Why there is no file after save(); nothing where there is one.
   std::optional<std::string> doubt() const;
 

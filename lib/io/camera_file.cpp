@@ -227,7 +227,7 @@ void require_usable(const Camera& camera, const fs::path& path) {
 }  // namespace
 
 Camera load_camera(const fs::path& path) {
-  const std::string text = read_text_file(path, "camera file", kMostCameraBytes);
+  const std::string text = read_plain_text_file(path, "camera file", kMostCameraBytes);
   const auto lines = parse_numbers(text);
   const Camera camera =
       lines ? camera_from_numbers(*lines, path) : camera_from_document(parse_calibration(text, path), path);
@@ -270,8 +270,8 @@ std::optional<std::string> camera_warning(const Camera& camera) {
     return std::nullopt;
   }
   return fmt::format(
-      "the camera's principal point ({:.6g}, {:.6g}) lies far from the middle of frames of {}x{}: is the calibration "
-      "one of frames of another size, or of which these are a part? then it is wrong for them",
+      "the camera's principal point ({:.6g}, {:.6g}) lies far from the middle of frames of {}x{}: was the camera "
+      "calibrated at another size, or are these frames cropped? then the calibration is wrong for them",
       camera.cx, camera.cy, camera.width, camera.height);
 }
 

@@ -82,7 +82,7 @@ Pose pose_from_opencv(const std::vector<double>& v, const fs::path& path, int li
 std::vector<NumberLine> read_lines(const fs::path& path) {
   int bad_line = 0;
   std::string bad_word;
-  const auto lines = parse_numbers(read_text_file(path, "pose file"), &bad_line, &bad_word);
+  const auto lines = parse_numbers(read_plain_text_file(path, "pose file"), &bad_line, &bad_word);
   if (!lines) {
     fail(path, bad_line,
          fmt::format("'{}' is not a number (expected: a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec)",

@@ -78,6 +78,14 @@ std::string read_text_file(const fs::path& path, const std::string& what, std::s
   return content;
 }
 
+std::string read_plain_text_file(const fs::path& path, const std::string& what, std::size_t most_bytes) {
+  std::string content = read_text_file(path, what, most_bytes);
+  if (content.find('\0') != content.npos) {
+    throw Error(ErrorCode::file, fmt::format("{} '{}' is not a text file", what, path.string()));
+  }
+  return content;
+}
+
 void write_text_file(const fs::path& path, const std::string& text) {
   std::error_code error;
   const bool replaceable = !fs::exists(path, error) || fs::is_regular_file(path, error);  // not so: /dev/stdout

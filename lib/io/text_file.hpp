@@ -14,6 +14,10 @@ inline constexpr std::size_t kMostFileBytes = std::size_t{4} << 30;
 std::string read_text_file(const std::filesystem::path& path, const std::string& what,
                            std::size_t most_bytes = kMostFileBytes);
 
+/// The same of a file that cannot be binary. Throws Error(file) where it is.
+std::string read_plain_text_file(const std::filesystem::path& path, const std::string& what,
+                                 std::size_t most_bytes = kMostFileBytes);
+
 /// Whole contents of a file as they are.
 std::string read_binary_file(const std::filesystem::path& path, const std::string& what,
                              std::size_t most_bytes = kMostFileBytes);

@@ -166,6 +166,12 @@ def test_cameras(tmp_path):
         holdfast.Camera(500, 500, 320, 240, 640, 480, np.arange(1, 15))
     with pytest.raises(ValueError, match=r"matrix.*\(3, 3\).*\(2, 2\)"):
         holdfast.Camera.from_matrix(np.eye(2), 640, 480)
+    with pytest.raises(ValueError, match="matrix.*transposed"):
+        holdfast.Camera.from_matrix(k.T, 640, 480)
+    with pytest.raises(ValueError, match="matrix.*scaled"):
+        holdfast.Camera.from_matrix(2 * k, 640, 480)
+    with pytest.raises(ValueError, match="matrix.*skew of 40"):
+        holdfast.Camera.from_matrix(k + [[0, 40, 0], [0, 0, 0], [0, 0, 0]], 640, 480)
 
     points = np.array([[0.1, -0.05, 0.6], [-0.2, 0.1, 1.0]])
     pinhole = (k @ points.T).T
@@ -232,6 +238,11 @@ def test_models_and_cameras_of_no_known_kind(box, camera):
         holdfast.Tracker(3, camera)
     with pytest.raises(TypeError, match="camera.*tuple"):
         holdfast.Tracker(box, (500, 500))
+
+
+def test_a_principal_point_far_from_the_middle_is_warned_of(box, device):
+    with pytest.warns(UserWarning, match="principal point.*another size"):
+        holdfast.Tracker(box, holdfast.Camera(650, 650, 320, 240, 960, 720), device=device)
 
 
 def test_units_that_cannot_be_right_are_warned_of(tracker, box, camera, device, simulation):

@@ -58,6 +58,8 @@ def test_evaluation_says_how_far_off_poses_are(tracker, simulation, frames, prot
         assert not record.failed and record.counted
     with pytest.raises(ValueError, match="protocol.*often"):
         holdfast.evaluate(tracker, frames, simulation.poses, protocol="often")
+    with pytest.raises(ValueError, match=f"truth.*{len(frames)} poses for {len(frames) - 1} frames"):
+        holdfast.evaluate(tracker, frames[1:], simulation.poses, protocol=protocol)
 
 
 def test_a_failing_frame_ends_an_evaluation(tracker, simulation):

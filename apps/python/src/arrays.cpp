@@ -109,7 +109,8 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
   const nb::ndarray<nb::ro>& array = frame.array;
   if (array.dtype() != nb::dtype<std::uint8_t>() || array.device_type() != nb::device::cpu::value) {
     refuse_type(std::string(name) + ": expected uint8 in main memory, got " + described(value) +
-                "; numbers from 0 to 1 are converted by (255 * frame).astype(numpy.uint8)");
+                "; floats from 0 to 1 are converted by (255 * x).astype(numpy.uint8), numbers up to 255 by "
+                "x.astype(numpy.uint8), 16 bits by (x >> 8).astype(numpy.uint8)");
   }
   if (array.ndim() != 2 && array.ndim() != 3) {
     refuse_value(std::string(name) + ": expected shape HxWx3, HxWx4 or HxW, got " + described(value));

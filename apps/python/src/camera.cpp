@@ -1,5 +1,6 @@
 #include "holdfast/camera.hpp"
 
+#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 
@@ -43,6 +44,13 @@ Camera checked(const Camera& camera) {
 
 Camera from_matrix(nb::object matrix, int width, int height, nb::object distortion) {
   const std::vector<double> k = numbers_argument(matrix, "matrix", 3, 3);
+  if (k[1] != 0) {
+    throw nb::value_error(
+        fmt::format("matrix: has a skew of {}; only cameras without skew are supported", k[1]).c_str());
+  }
+  if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
+    throw nb::value_error("matrix: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (is it transposed, or scaled?)");
+  }
   return checked({width, height, k[0], k[4], k[2], k[5], distortion_argument(distortion)});
 }
 

@@ -43,6 +43,10 @@ std::vector<FrameRecord> evaluate(SharedTracker& tracker, nb::object frames, nb:
   options.minimum_visible = minimum_visible;
   options.show_start_frame = show_start_frame;
   const std::vector<Pose> poses = poses_argument(truth, "truth");
+  if (nb::hasattr(frames, "__len__") && nb::len(frames) != poses.size()) {
+    throw nb::value_error(
+        fmt::format("truth: has {} poses for {} frames; pass one a frame", poses.size(), nb::len(frames)).c_str());
+  }
   TrackerUnderTest tested;
   tested.reset = [&](const Pose& T_camera_object) {
     unlocked(tracker, [&](Tracker& used) { used.reset(T_camera_object); });

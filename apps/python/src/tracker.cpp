@@ -40,6 +40,10 @@ FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optiona
   return frame;
 }
 
+void warn(const std::string& doubt, int level) {
+  if (PyErr_WarnEx(PyExc_UserWarning, doubt.c_str(), level) != 0) throw nb::python_error();
+}
+
 /// Warns where the object's size or distance cannot be right; `level`: of the caller's frame.
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object, const Camera& camera, int level) {
   std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
@@ -49,7 +53,7 @@ void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_obje
         {"--model-scale", "model_scale"}}) {
     if (const std::size_t at = doubt->find(option); at != doubt->npos) doubt->replace(at, option.size(), argument);
   }
-  if (PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), level) != 0) throw nb::python_error();
+  warn(*doubt, level);
 }
 
 void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
@@ -58,6 +62,7 @@ void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, cons
   set_fields(options, given);
   constexpr int by_the_subclass = 2;
   warn_about_units(mesh, {}, camera, by_the_subclass);
+  if (const std::optional<std::string> doubt = io::camera_warning(camera)) warn(*doubt, by_the_subclass);
   const nb::gil_scoped_release released;
   new (self) SharedTracker{
       Tracker(mesh, camera, options, device ? *device : Device()), mesh, {}, {}, {}, {{}, {}, {}, true}, {}};
