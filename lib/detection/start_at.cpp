@@ -46,9 +46,8 @@ bool is_surely_found(const FrameResult& result) {
   return (ratio >= kRatio && correlation >= kCorrelation) || (ratio >= kPartRatio && correlation >= kPartCorrelation);
 }
 
-/// What a guide leads to, the contour's colours learned where it is, whatever was seen elsewhere before.
+/// What a guide leads to, the contour's colours learned where it is.
 FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const Pose& T_start) {
-  tracker.reset(T_start);
   FrameResult result = tracker.refine(frame, T_start);
   for (int round = 0; round < kMostRounds && result.status == Status::held; ++round) {
     const Pose T_before = result.T_camera_object;
@@ -91,7 +90,11 @@ std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCa
     const bool found = is_surely_found(result) || is_surely_found_by_contour(result, 1);
     if (found && (!best || fit(result) > fit(*best))) best = result;
   }
-  if (best) tracker.reset(best->T_camera_object, frame, time_s);
+  if (best) {
+    tracker.reset(best->T_camera_object, frame, time_s);
+  } else if (!candidates.empty()) {  // colours seen where the object is not would hide it in the next frames
+    tracker.reset(candidates[0].T_camera_object);
+  }
   return best;
 }
 

@@ -34,12 +34,12 @@ class DirectionResponses {
  private:
   void find_edges(const float* rgb, int stride);
   std::vector<float> beside_others(const float* value) const;
-  /// Of a response in planes_.
+  /// Index of a response in planes_.
   std::size_t at(int plane, int x, int y) const {
     const int phase = (y % kStep) * kStep + x % kStep;
     return (std::size_t{1} * (plane * kStep * kStep + phase) * rows_ + y / kStep) * columns_ + x / kStep;
   }
-  /// Of a pixel.
+  /// Index of a pixel.
   std::size_t index(int x, int y) const { return std::size_t{1} * y * width_ + x; }
 
   int width_ = 0, height_ = 0, margin_ = 0, columns_ = 0, rows_ = 0;

@@ -82,9 +82,9 @@ class Pipeline {
   Alignment settled(const Alignment& alignment);
   Alignment from_candidate(const PoseCandidate& candidate, const Relocalizer::Levels& levels);
   AlignmentPlan fine_plan(int coarsest, const TrackingState& state) const;
-  /// Of two levels from a start of which next to nothing is known.
+  /// The plan of two coarse levels, from a start that may be far off.
   AlignmentPlan coarse_plan(int coarsest) const;
-  /// From a level down to the finest, whatever motion leads to expect.
+  /// Aligns from a level down to the finest, without the motion prior.
   Alignment align_anywhere(const Pose& T_start, int coarsest);
 
   bool goes_on(const Pose& T_from, const Pose& T_to, double most_turn) const;

@@ -63,8 +63,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
   const Rect whole{0, 0, image_.camera().width, image_.camera().height};
   upload(whole, 0);
   relocalizer_.begin(state_.motion.pose());
-  // What the silhouette adds is as good a sign as texture, so that no margin is dropped, and nothing is known of
-  // motion.
+  // The silhouette is as good a sign as texture: no margin is dropped. Motion is unknown.
   ImagingState imaging = state_.imaging;
   imaging.surviving_share = 0;
   imaging.exposure = {};
