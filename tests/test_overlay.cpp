@@ -259,3 +259,27 @@ TEST_CASE("an overlay tells used pixels from rejected ones by colour, and held f
   CHECK(held[1] > held[2] + 60);
   CHECK(lost[2] > lost[1] + 60);
 }
+
+TEST_CASE("an overlay shows lines across the contour large enough to be seen, where the contour holds the object") {
+  Overlay overlay(cube(0.2), kCamera);
+  TrackedFrame tracked;
+  tracked.frame.image = cv::Mat(kCamera.height, kCamera.width, CV_8UC3, cv::Scalar::all(128));
+  tracked.result.T_camera_object.translation() = Eigen::Vector3d(0, 0, -1);  // nothing to draw
+  tracked.mask.width = kCamera.width;
+  tracked.mask.height = kCamera.height;
+  tracked.mask.classes.assign(static_cast<std::size_t>(kCamera.width) * kCamera.height, 0);
+  tracked.mask.classes[static_cast<std::size_t>(100) * kCamera.width + 50] =
+      static_cast<std::uint8_t>(holdfast::PixelClass::used);
+  const auto green_pixels = [&] {
+    const cv::Mat picture = overlay.overlay_picture(tracked)(cv::Rect(kCamera.width + 40, 90, 21, 21));
+    cv::Mat channels[3], green;
+    cv::split(picture, channels);
+    cv::compare(channels[1], channels[2] + 40, green, cv::CMP_GT);
+    return cv::countNonZero(green);
+  };
+  CHECK(green_pixels() == 1);
+  tracked.result.contour.asked = true;
+  CHECK(green_pixels() >= 9);
+  tracked.result.texture.holds = true;
+  CHECK(green_pixels() == 1);
+}

@@ -398,7 +398,7 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(summary.mean_ms.solve == doctest::Approx(0.5));
   const std::string text = summary_text(summary);
   CHECK(text.find("7 frames: 4 held, 3 lost") != std::string::npos);
-  CHECK(text.find("frames 2 to 3, 6; first: covered") != std::string::npos);
+  CHECK(text.find("frames 2 to 3, 6; in frame 2: covered") != std::string::npos);
   CHECK(text.find("reading is the slowest") != std::string::npos);
 }
 
@@ -439,7 +439,7 @@ TEST_CASE("a summary's residuals are in one unit: the texture's, or the contour'
   CHECK(summary_text(summary_of(0)).find("  contour") == std::string::npos);
 }
 
-TEST_CASE("a summary says from which frame on the texture is not used") {
+TEST_CASE("a summary says from which frame on the texture is left out") {
   const auto text_of = [](int left, bool textured) {
     SummaryBuilder builder;
     for (int i = 0; i < 5; ++i) {
@@ -450,7 +450,7 @@ TEST_CASE("a summary says from which frame on the texture is not used") {
     }
     return summary_text(builder.summary({}));
   };
-  CHECK(text_of(3, true).find("not used from frame 3 on") != std::string::npos);
+  CHECK(text_of(3, true).find("left out from frame 3 on") != std::string::npos);
   CHECK(text_of(5, true).find("  texture") == std::string::npos);
   CHECK(text_of(0, false).find("  texture") == std::string::npos);
 }

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 namespace holdfast::app {
 namespace {
@@ -25,19 +26,42 @@ const cv::Scalar kDimTextColor(165, 165, 165);
 const cv::Scalar kStripColor(28, 26, 24);
 
 struct ClassStyle {
-  const char* word;
   cv::Vec3b color;
   double opacity;
 };
 
+/// Marked pixels of a contour are single: this makes them large enough to be seen.
+constexpr int kDotRadius = 2;
+
 /// By value of PixelClass.
-const std::array<ClassStyle, 7> kClassStyles = {{{"", {0, 0, 0}, 0},
-                                                 {"margin", {200, 150, 110}, 0.35},
-                                                 {"flat", {190, 190, 190}, 0.25},
-                                                 {"angle", {30, 30, 255}, 0.75},
-                                                 {"difference", {20, 110, 255}, 0.75},
-                                                 {"vote", {150, 40, 190}, 0.75},
-                                                 {"used", {60, 230, 40}, 0.7}}};
+const std::array<ClassStyle, 7> kClassStyles = {{{{0, 0, 0}, 0},
+                                                 {{200, 150, 110}, 0.35},
+                                                 {{190, 190, 190}, 0.25},
+                                                 {{30, 30, 255}, 0.75},
+                                                 {{20, 110, 255}, 0.75},
+                                                 {{150, 40, 190}, 0.75},
+                                                 {{60, 230, 40}, 0.7}}};
+
+struct LegendEntry {
+  PixelClass shown;
+  const char* word;
+};
+
+const std::vector<LegendEntry> kPixelLegend = {{PixelClass::used, "used"},
+                                               {PixelClass::rejected_angle, "angle"},
+                                               {PixelClass::rejected_magnitude, "difference"},
+                                               {PixelClass::rejected_vote, "vote"},
+                                               {PixelClass::no_gradient, "flat"}};
+const std::vector<LegendEntry> kContourLegend = {{PixelClass::used, "edge is there"},
+                                                 {PixelClass::rejected_magnitude, "edge is elsewhere"},
+                                                 {PixelClass::no_gradient, "colours alike"}};
+
+const ClassStyle& style_of(PixelClass shown) { return kClassStyles[static_cast<std::size_t>(shown)]; }
+
+/// The mask marks lines across the contour in place of the texture's pixels.
+bool shows_contour(const FrameResult& result) { return !result.texture.holds && result.contour.asked; }
+
+double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
 double panel_scale(const Camera& camera) {
   const double width = camera.width;
@@ -133,7 +157,8 @@ void Overlay::draw_outline(const TrackedFrame& tracked, cv::Mat& panel) {
   draw(tracked.result.status == Status::held ? kHeldColor : kLostColor, 2);
 }
 
-void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
+void Overlay::draw_decisions(const TrackedFrame& tracked, cv::Mat& panel) {
+  const PixelMask& mask = tracked.mask;
   cv::cvtColor(panel_, grey_, cv::COLOR_BGR2GRAY);
   cv::cvtColor(grey_, grey_bgr_, cv::COLOR_GRAY2BGR);
   if (mask.classes.empty()) {  // nothing was looked at
@@ -157,6 +182,19 @@ void Overlay::draw_decisions(const PixelMask& mask, cv::Mat& panel) {
       }
     }
   }
+  if (shows_contour(tracked.result)) draw_contour_dots(mask, panel);
+}
+
+void Overlay::draw_contour_dots(const PixelMask& mask, cv::Mat& panel) const {
+  for (std::size_t i = 0; i < mask.classes.size(); ++i) {
+    for (const LegendEntry& entry : kContourLegend) {
+      if (mask.classes[i] != static_cast<std::uint8_t>(entry.shown)) continue;
+      const auto width = static_cast<std::size_t>(mask.width);
+      const cv::Point place = fixed_point({static_cast<double>(i % width), static_cast<double>(i / width)});
+      cv::circle(panel, place, kDotRadius << kSubpixelBits, cv::Scalar(style_of(entry.shown).color), cv::FILLED,
+                 cv::LINE_AA, kSubpixelBits);
+    }
+  }
 }
 
 void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
@@ -168,9 +206,14 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
   cv::rectangle(strip, {8, upper - 14, 54, 19}, held ? kHeldColor : kLostColor, cv::FILLED);
   const int panel = panel_size_.width, limit = panel - 10;
   put_text(strip, held ? "HELD" : "LOST", 14, upper, {10, 10, 10}, kTextSize, limit);
+  const bool by_contour = shows_contour(result);
   put_text(strip,
-           fmt::format("frame {}   {:.2f} s   residual {:.3f}   correlation {:.2f}   {:.1f} ms", tracked.frame.index,
-                       tracked.frame.time_s, result.texture.residual, result.texture.correlation, result.ms.total),
+           fmt::format("frame {}   {:.2f} s   {}   {:.1f} ms", tracked.frame.index, tracked.frame.time_s,
+                       by_contour ? fmt::format("residual {:.2f} px   contour {:.2f}", result.contour.residual,
+                                                result.contour.score())
+                                  : fmt::format("residual {:.3f}   correlation {:.2f}", result.texture.residual,
+                                                result.texture.correlation),
+                       result.ms.total),
            74, upper, kTextColor, kTextSize, limit);
   std::array<int, kClassStyles.size()> counts{};
   for (const std::uint8_t value : tracked.mask.classes) {
@@ -182,20 +225,20 @@ void Overlay::draw_figures(const TrackedFrame& tracked, cv::Mat& strip) {
     // All of them, as they are coloured, not only those of the rows that the pose came from.
     const int used = counts[static_cast<std::size_t>(PixelClass::used)];
     const int visible = std::accumulate(counts.begin() + 1, counts.end(), 0);
-    put_text(
-        strip,
-        fmt::format("{} of {} visible pixels used ({:.0f} %)", used, visible, visible > 0 ? 100.0 * used / visible : 0),
-        10, lower, kDimTextColor, kSmallTextSize, limit);
+    const std::string share =
+        by_contour
+            ? fmt::format("{} of {} lines across the contour find its edge ({:.0f} %)", result.contour.near_lines,
+                          result.contour.lines, percent(result.contour.near_lines, result.contour.lines))
+            : fmt::format("{} of {} visible pixels used ({:.0f} %)", used, visible, percent(used, visible));
+    put_text(strip, share, 10, lower, kDimTextColor, kSmallTextSize, limit);
   }
 
-  put_text(strip, "pixels", panel + 10, upper, kDimTextColor, kTextSize, strip.cols);
-  int x = panel + 70;
-  for (const PixelClass shown : {PixelClass::used, PixelClass::rejected_angle, PixelClass::rejected_magnitude,
-                                 PixelClass::rejected_vote, PixelClass::no_gradient}) {
-    const ClassStyle& style = kClassStyles[static_cast<std::size_t>(shown)];
-    cv::rectangle(strip, {x, upper - 11, 12, 12}, cv::Scalar(style.color), cv::FILLED);
-    const std::string count = fmt::format("{}", counts[static_cast<std::size_t>(shown)]);
-    const int end = put_text(strip, style.word, x + 17, upper, kTextColor, kTextSize, strip.cols);
+  put_text(strip, by_contour ? "contour" : "pixels", panel + 10, upper, kDimTextColor, kTextSize, strip.cols);
+  int x = panel + (by_contour ? 80 : 70);
+  for (const LegendEntry& entry : by_contour ? kContourLegend : kPixelLegend) {
+    cv::rectangle(strip, {x, upper - 11, 12, 12}, cv::Scalar(style_of(entry.shown).color), cv::FILLED);
+    const std::string count = fmt::format("{}", counts[static_cast<std::size_t>(entry.shown)]);
+    const int end = put_text(strip, entry.word, x + 17, upper, kTextColor, kTextSize, strip.cols);
     put_text(strip, count, x + 17, lower, kDimTextColor, kSmallTextSize, x + 17 + 66);
     x = std::max(end, x + 70) + 14;
   }
@@ -225,7 +268,7 @@ const cv::Mat& Overlay::window_picture(const TrackedFrame& tracked, bool decisio
   cv::Mat panel = picture_.rowRange(0, panel_size_.height),
           strip = picture_.rowRange(panel_size_.height, picture_.rows);
   if (decisions) {
-    draw_decisions(tracked.mask, panel);
+    draw_decisions(tracked, panel);
   } else {
     panel_.copyTo(panel);
   }
@@ -241,7 +284,7 @@ const cv::Mat& Overlay::overlay_picture(const TrackedFrame& tracked) {
   cv::Mat left = picture_(cv::Rect({0, 0}, panel_size_));
   cv::Mat right = picture_(cv::Rect({panel_size_.width, 0}, panel_size_));
   cv::Mat strip = picture_.rowRange(panel_size_.height, picture_.rows);
-  draw_decisions(tracked.mask, right);
+  draw_decisions(tracked, right);
   panel_.copyTo(left);
   draw_outline(tracked, left);
   draw_figures(tracked, strip);

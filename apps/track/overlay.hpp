@@ -24,7 +24,8 @@ class Overlay {
   cv::Size window_size() const;
 
   /// The camera picture with the model's outline, at its left; at its right what became of each pixel (used: green,
-  /// rejected: shades of red by the test); below, status and figures. BGR8.
+  /// rejected: shades of red by the test), or of each line across the contour where that holds the object; below,
+  /// status and figures. BGR8.
   const cv::Mat& overlay_picture(const TrackedFrame& tracked);
 
   /// The camera picture, or what became of each pixel, with the model's outline and axes; below, status with its reason
@@ -39,7 +40,8 @@ class Overlay {
   void draw_outline(const TrackedFrame& tracked, cv::Mat& panel);
   void draw_axes(const Pose& T_camera_object, cv::Mat& panel) const;
   void draw_status(const TrackedFrame& tracked, const std::string& note, cv::Mat& strip) const;
-  void draw_decisions(const PixelMask& mask, cv::Mat& panel);
+  void draw_decisions(const TrackedFrame& tracked, cv::Mat& panel);
+  void draw_contour_dots(const PixelMask& mask, cv::Mat& panel) const;
   void draw_figures(const TrackedFrame& tracked, cv::Mat& strip);
 
   cv::Point fixed_point(const Eigen::Vector2d& pixel) const;

@@ -111,15 +111,18 @@ std::string summary_text(const RunSummary& summary) {
     return text;
   }
   if (summary.lost > 0) {
-    text += fmt::format("  lost     frames {}{}\n", text_of(summary.lost_ranges),
-                        summary.first_loss_reason.empty() ? "" : "; first: " + summary.first_loss_reason);
+    text += fmt::format("  lost     frames {}", text_of(summary.lost_ranges));
+    if (!summary.first_loss_reason.empty()) {
+      text += fmt::format("; in frame {}: {}", summary.lost_ranges.front().first, summary.first_loss_reason);
+    }
+    text += '\n';
   }
-  if (summary.held_by_contour > 0) {
+  if (summary.held_by_contour > 0 && summary.held_by_contour < summary.held) {
     text += fmt::format("  contour  {} of the frames held are held by the contour alone\n", summary.held_by_contour);
   }
   if (summary.texture_left) {
     text += fmt::format(
-        "  texture  not used from frame {} on: the frames hardly show the model's; holdfast show draws it as it is "
+        "  texture  left out from frame {} on, as the frames hardly show it: 'holdfast show' draws the model as it is "
         "read\n",
         *summary.texture_left);
   }
