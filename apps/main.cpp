@@ -27,8 +27,8 @@ namespace {
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 wrong option, 3 an input (model, video, camera, pose) is missing or unusable, 4 no OpenCL\n"
-    "device or renderer, 5 an output cannot be written, 6 lost with 'track --require-held' or too far off\n"
-    "with 'evaluate --within', 130 interrupted by Ctrl-C, 1 anything unexpected.";
+    "device or renderer, 5 an output cannot be written, 6 held in no frame, lost with 'track --require-held',\n"
+    "or too far off with 'evaluate --within', 130 interrupted by Ctrl-C, 1 anything unexpected.";
 
 /// Flags with a negative form as one writes them: CLI11 adds "{false}".
 class PlainFormatter : public CLI::Formatter {

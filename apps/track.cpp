@@ -178,7 +178,7 @@ int TrackCommand::run() const {
   if (!T_camera_object && !quiet)
     print_note(guide.empty() ? "no first pose is given: looking for the object in each frame"
                              : "looking for the object near the guide in each frame");
-  bool started = T_camera_object.has_value(), ever_found = started;
+  bool started = T_camera_object.has_value();
   SummaryBuilder figures;
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   PipelineParts parts;
@@ -200,7 +200,6 @@ int TrackCommand::run() const {
     if (!started) {
       tracked.result = start_search->look(follower, view, time_s);
       started = start_search->found();
-      ever_found = ever_found || started;
       tracked.located = tracked.result.T_camera_object.translation().z() > 0;
       if (started && !quiet) print_note(fmt::format("found in frame {}", tracked.frame.index));
       if (tracked.pictured) tracked.mask = started ? follower.pixel_mask() : PixelMask();
@@ -300,7 +299,11 @@ int TrackCommand::run() const {
     print_error(*early);
     return kInput;
   }
-  if (!ever_found) {
+  if (summary.held == 0 && T_camera_object) {
+    print_error("the object is held in no frame: check the first pose, the model, its unit and the camera");
+    return kLost;
+  }
+  if (summary.held == 0) {
     print_error(fmt::format(
         "the object was not found in any of {} frames: is it the model that they show, {}? A first "
         "pose (--init) needs no search",

@@ -410,16 +410,21 @@ TEST_CASE("A cache folder that cannot be written costs nothing but time") {
   CHECK(run.err.empty());
 }
 
-TEST_CASE("An object that is lost is a failure only where it is asked for") {
-  fs::create_directory(inputs().folder() / "noise");
+TEST_CASE("An object that is lost in some frames is a failure only where it is asked for, one never held always is") {
+  const fs::path noise = inputs().folder() / "noise", hidden = inputs().folder() / "hidden";
+  fs::create_directory(noise);
+  fs::copy(inputs().folder() / "frames", hidden);
   cv::theRNG().state = 1;
   for (int i = 0; i < 3; ++i) {
-    cv::Mat noise(240, 320, CV_8UC3);
-    cv::randu(noise, 0, 255);
-    cv::imwrite((inputs().folder() / "noise" / (std::to_string(i) + ".png")).string(), noise);
+    cv::Mat picture(240, 320, CV_8UC3);
+    cv::randu(picture, 0, 255);
+    cv::imwrite((noise / (std::to_string(i) + ".png")).string(), picture);
+    cv::imwrite((hidden / ("z" + std::to_string(i) + ".png")).string(), picture);
   }
-  const ProgramRun lost = inputs().run(track({}, "noise"));
-  CHECK(lost.exit_code == kOk);
-  CHECK(lost.err.find("not found where the first pose puts it") != lost.err.npos);
-  CHECK(inputs().run(track({{"--require-held", ""}}, "noise")).exit_code == kLost);
+  CHECK(inputs().run(track({}, "hidden")).exit_code == kOk);
+  CHECK(inputs().run(track({{"--require-held", ""}}, "hidden")).exit_code == kLost);
+  const ProgramRun never = inputs().run(track({}, "noise"));
+  CHECK(never.exit_code == kLost);
+  CHECK(never.err.find("not found where the first pose puts it") != never.err.npos);
+  CHECK(never.err.find("held in no frame") != never.err.npos);
 }

@@ -215,6 +215,10 @@ TEST_CASE("to be found again takes more than to be held on to, and elsewhere mor
   alignment.texture.correlation = 0.93;
   CHECK(verdict_of(alignment, lost_before()).reason == Reason::not_surely_found);
   CHECK(is_promising(alignment, lost_before()));
+  Alignment chance = alignment;
+  chance.texture.sums.used = 150;
+  chance.texture.correlation = 0.2;
+  CHECK(verdict_of(chance, lost_before()).reason == Reason::out_of_view);
   CHECK_FALSE(is_probable(alignment, lost_before()));
   alignment.texture.sums.used = 2100;
   CHECK(is_probable(alignment, lost_before()));
@@ -306,6 +310,9 @@ TEST_CASE("a contour holds an object where it agrees as usual, and where it may 
   AcceptanceContext lost = elsewhere;
   lost.lost_before = true;
   CHECK(verdict_of(contour(), lost).reason == Reason::not_surely_found);
+  Alignment elsewhere_edges = contour();
+  elsewhere_edges.contour.sums.near = 30;
+  CHECK(verdict_of(elsewhere_edges, lost).reason == Reason::out_of_view);
 
   Alignment weak = contour();
   weak.contour.sums.near = 60;

@@ -390,7 +390,8 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(summary.lost_ranges[0].first == 2);
   CHECK(summary.lost_ranges[0].last == 3);
   CHECK(summary.lost_ranges[1].first == 6);
-  CHECK(summary.median_ms == doctest::Approx(5.0));                           // of 2 to 8
+  CHECK(summary.median_ms == doctest::Approx(4.5));                           // of 2 3 6 7
+  CHECK(summary.median_lost_ms == doctest::Approx(5.0));                      // of 4 5 8
   CHECK(summary.median_residual == doctest::Approx((0.02 + 0.05) / 2));       // of .01 .02 .05 .06
   CHECK(summary.median_used_pixels == doctest::Approx((1001 + 1004) / 2.0));  // of frames 0 1 4 5
   CHECK(summary.frames_per_second == doctest::Approx(14));

@@ -118,6 +118,7 @@ ordered_json summary_json(const RunSummary& summary) {
           {"lost_ranges", std::move(lost_ranges)},
           {"complete", summary.complete},
           {"median_ms", summary.median_ms},
+          {"median_lost_ms", summary.median_lost_ms},
           {"by_texture", summary.by_texture},
           {"median_residual", summary.median_residual},
           {"median_used_pixels", summary.median_used_pixels},

@@ -62,11 +62,11 @@ double RunningMedian::value() const { return sample_.empty() ? 0 : evaluation::q
 void SummaryBuilder::add(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
   ++counts_.frames;
-  ms_.add(result.ms.total);
   add_times(total_ms_, result.ms);
   texture_asked_ = texture_asked_ || result.texture.asked;
   if (texture_asked_ && result.snapshot.asked && !counts_.texture_left) counts_.texture_left = tracked.frame.index;
   const bool lost = result.status == Status::lost;
+  (lost ? lost_ms_ : held_ms_).add(result.ms.total);
   if (lost) {
     ++counts_.lost;
     if (counts_.first_loss_reason.empty()) {
@@ -91,7 +91,8 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   RunSummary summary = counts_;
   const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
   summary.complete = !report.interrupted && !report.failure;
-  summary.median_ms = ms_.value();
+  summary.median_ms = held_ms_.value();
+  summary.median_lost_ms = lost_ms_.value();
   summary.by_texture = by_texture_.residual.kept() >= without_texture_.residual.kept();
   const Fit& fit = summary.by_texture ? by_texture_ : without_texture_;
   summary.median_residual = fit.residual.value();
@@ -126,9 +127,15 @@ std::string summary_text(const RunSummary& summary) {
         "read\n",
         *summary.texture_left);
   }
-  text += fmt::format("  median   {:.2f} ms of tracking a frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,
-                      summary.median_used_pixels, summary.by_texture ? "pixels used" : "lines across the contour used",
-                      summary.median_residual, summary.by_texture ? "" : " pixels");
+  if (summary.held > 0) {
+    text +=
+        fmt::format("  median   {:.2f} ms of tracking a held frame, {:.0f} {}, residual {:.4f}{}\n", summary.median_ms,
+                    summary.median_used_pixels, summary.by_texture ? "pixels used" : "lines across the contour used",
+                    summary.median_residual, summary.by_texture ? "" : " pixels");
+  }
+  if (summary.lost > 0) {
+    text += fmt::format("  median   {:.2f} ms of looking for the object in a lost frame\n", summary.median_lost_ms);
+  }
   const StageTimes& ms = summary.mean_ms;
   text += fmt::format(
       "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "

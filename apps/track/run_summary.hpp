@@ -28,8 +28,9 @@ struct RunSummary {
   std::optional<std::int64_t> texture_left;  ///< first frame without the texture, where frames do not show the model's
   std::vector<FrameRange> lost_ranges;
   std::string first_loss_reason;
-  bool complete = false;   ///< the input was followed to its end
-  double median_ms = 0;    ///< of tracking, all frames
+  bool complete = false;  ///< the input was followed to its end
+  double median_ms = 0;   ///< of tracking, frames held
+  double median_lost_ms = 0;
   bool by_texture = true;  ///< of the frames held, at least half are held by their texture
   /// Of these, intensity in [0, 1]; where most are held without it, of the contour, pixels; 0: none held.
   double median_residual = 0;
@@ -67,7 +68,8 @@ class SummaryBuilder {
   StageTimes total_ms_;
   bool last_was_lost_ = false;
   bool texture_asked_ = false;
-  RunningMedian ms_;
+  RunningMedian held_ms_;
+  RunningMedian lost_ms_;
   /// Of the frames held, in units of their own.
   struct Fit {
     RunningMedian residual;

@@ -14,7 +14,7 @@ enum class Status { held, lost };
 /// Why an object is lost, or hard to hold.
 enum class Reason {
   none,              ///< all is well
-  out_of_view,       ///< it is not in the picture, or found nowhere in it
+  out_of_view,       ///< it is not in the picture, or not found in it
   occluded,          ///< something hides most of it
   too_fast,          ///< it moves faster than can be followed, or is blurred by it
   no_evidence,       ///< nothing to go by: neither texture nor a contour that stands out

@@ -61,7 +61,7 @@ typedef enum holdfast_pixel_class {
 /** Why an object is lost, or hard to hold; HOLDFAST_REASON_NONE: all is well. */
 typedef enum holdfast_reason {
   HOLDFAST_REASON_NONE = 0,
-  HOLDFAST_REASON_OUT_OF_VIEW = 1,      /**< it is not in the picture, or found nowhere in it */
+  HOLDFAST_REASON_OUT_OF_VIEW = 1,      /**< it is not in the picture, or not found in it */
   HOLDFAST_REASON_OCCLUDED = 2,         /**< something hides most of it */
   HOLDFAST_REASON_TOO_FAST = 3,         /**< it moves faster than can be followed, or is blurred by it */
   HOLDFAST_REASON_NO_EVIDENCE = 4,      /**< neither texture nor a contour that stands out */

@@ -107,6 +107,13 @@ Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& 
   return {Status::held, Reason::none, ""};
 }
 
+Verdict not_found_again(const Alignment& a, const AcceptanceContext& context) {
+  if (is_promising(a, context) || outline_score(a, context.usual_outline) >= kPromisingContour) {
+    return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
+  }
+  return {Status::lost, Reason::out_of_view, "lost before, and not found again yet"};
+}
+
 Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (a.contour.visible_pixels <= 0 && !a.contour.found) return {Status::lost, Reason::out_of_view, "out of view"};
   if (!a.contour.found) {
@@ -119,9 +126,7 @@ Verdict lost_by_contour(const Alignment& a, const AcceptanceContext& context) {
   if (a.mistakable) {
     return {Status::lost, Reason::ambiguous, "seen, but another pose of this shape fits as well"};
   }
-  if (context.lost_before) {
-    return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
-  }
+  if (context.lost_before) return not_found_again(a, context);
   if (a.has_texture && a.texture.sums.gradient >= kHandful && a.turn_deviation() > kKnownTurn &&
       outline_score(a, context.usual_outline) >= kHeldContour) {
     return {Status::lost, Reason::ambiguous,
@@ -254,9 +259,7 @@ Verdict judge(const Alignment& a, const Tuning& tuning, const AcceptanceContext&
   if (a.texture.sums.gradient < kLeastGradientPixels) {
     return {Status::lost, Reason::no_evidence, "no texture in view"};
   }
-  if (context.lost_before) {
-    return {Status::lost, Reason::not_surely_found, "lost before, and not surely found again"};
-  }
+  if (context.lost_before) return not_found_again(a, context);
   if (!a.solved || a.texture.inlier_ratio() < context.least_ratio) return why_texture_is_weak(a, context, Status::lost);
   if (a.texture.reliability < kLeastReliability) {
     return {Status::lost, Reason::low_evidence, "the frame does not look like the model"};

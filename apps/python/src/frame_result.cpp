@@ -39,7 +39,7 @@ void bind_enums(nb::module_& module) {
       .value("lost", Status::lost, "The pose is a guess; the next frames look for the object.");
   nb::enum_<Reason>(module, "Reason", "Why an object is lost, or hard to hold.")
       .value("none", Reason::none, "All is well.")
-      .value("out_of_view", Reason::out_of_view, "It is not in the picture, or found nowhere in it.")
+      .value("out_of_view", Reason::out_of_view, "It is not in the picture, or not found in it.")
       .value("occluded", Reason::occluded, "Something hides most of it.")
       .value("too_fast", Reason::too_fast, "It moves faster than can be followed, or is blurred by it.")
       .value("no_evidence", Reason::no_evidence, "Neither texture nor a contour that stands out.")
