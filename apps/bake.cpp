@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "baking/model_completion.hpp"
+#include "baking/outline_guard.hpp"
+#include "baking/start_by_outline.hpp"
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
@@ -27,6 +29,7 @@
 #include "separate_files.hpp"
 #include "track/interruption.hpp"
 #include "track/output_file.hpp"
+#include "track/pose_hint.hpp"
 #include "track/progress.hpp"
 #include "video/frame_source.hpp"
 #include "video/tracker_view.hpp"
@@ -63,6 +66,7 @@ struct BakeCommand {
   std::int64_t start = 0;
   std::optional<std::int64_t> stop;
   baking::CompletionOptions options;
+  bool keep_pose = false;
   bool padding_given = false;
   bool every_given = false;
   fs::path config;
@@ -89,6 +93,12 @@ void BakeCommand::add_to(CLI::App& command) {
   model.add_to(command);
   camera.add_to(command);
   init.add_to(command, false);
+  command
+      .add_flag(
+          "--keep-pose", keep_pose,
+          "Take the first pose as it is given, not as the model's outline shows it in the first frame: for models "
+          "whose proportions are only about right")
+      ->group("Object and camera");
 
   constexpr const char* frames_group = "Frames";
   command
@@ -174,13 +184,18 @@ BakeReport BakeCommand::bake_tracked() const {
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
   const Mesh mesh = load_mesh();
-  const Pose T_camera_object = init.load();
-  warn_about_units(mesh, T_camera_object, calibrated);
+  const Pose T_given = init.load();
+  warn_about_units(mesh, T_given, calibrated);
+  require_in_front(mesh, T_given);
   const TrackerOptions tracker_options = tracker.options();
 
   BakeReport report;
   Frame frame;
   source.next(frame);
+  const Device opened = device.open();
+  std::optional<baking::OutlineGuard> guard;
+  if (!keep_pose) guard.emplace(mesh, calibrated, tracker_options, opened);
+  const Pose T_camera_object = guard ? start_by_outline(*guard, frame.image, T_given, quiet) : T_given;
   baking::ModelCompletion completion(mesh, calibrated, frame.image, T_camera_object, options);
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   const Interruption interruption;
@@ -197,10 +212,12 @@ BakeReport BakeCommand::bake_tracked() const {
       break;
     }
     if (!follower) {  // a single image needs none
-      follower.emplace(completion.model(), calibrated, tracker_options, device.open());
+      follower.emplace(completion.model(), calibrated, tracker_options, opened);
       follower->reset(T_camera_object);
     }
-    const FrameResult result = follower->track(tracker_view(frame.image, grey));
+    const ImageView view = tracker_view(frame.image, grey);
+    FrameResult result = follower->track(view);
+    if (guard) result = guard->check(*follower, view, std::nullopt, result);
     report.lost += result.status == Status::lost ? 1 : 0;
     completion.update(*follower, frame.image, result);
   }
@@ -370,6 +387,7 @@ void add_bake_command(CLI::App& app, int& exit_code) {
   bake->add_to(*command);
   command->callback([command, bake, &exit_code] {
     refuse_beside(*command, {"--start", "--stop"}, bake->inputs.size() > 1, "several inputs");
+    refuse_beside(*command, {"--keep-pose"}, !bake->poses.empty(), "--poses");
     refuse_beside(*command, {"Tracker"}, !bake->poses.empty(), "--poses, which tracks nothing");
     bake->padding_given = is_given(*command, "--padding");
     bake->every_given = is_given(*command, "--every");

@@ -121,6 +121,7 @@ int TrackCommand::run() const {
   std::future<Device> opened =
       std::async(there ? std::launch::async : std::launch::deferred, [this] { return device.open(); });
   Mesh mesh = model.load(completed_model.empty());
+  Mesh given_mesh;  // kept where `mesh` becomes the completed one
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   require_start(mesh);
   const Camera calibrated = camera_of(source, mesh);
@@ -139,7 +140,7 @@ int TrackCommand::run() const {
       T_camera_object = start_by_outline(*guard, first_frame->image, *T_camera_object, quiet);
     }
     completion.emplace(mesh, calibrated, first_frame->image, *T_camera_object, completing);
-    mesh = completion->model();
+    given_mesh = std::exchange(mesh, completion->model());
   }
   Tracker follower(mesh, calibrated, options, opened_device ? *opened_device : opened.get());
   if (T_camera_object) follower.reset(*T_camera_object);
@@ -164,7 +165,7 @@ int TrackCommand::run() const {
     if (recovers) loss_search.emplace(recognize);
   }
   std::optional<Memory> memory;
-  if (!remembered.empty()) memory.emplace(mesh, calibrated, recognition());
+  if (!remembered.empty()) memory.emplace(completion ? given_mesh : mesh, calibrated, recognition());
   warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
@@ -173,7 +174,7 @@ int TrackCommand::run() const {
 
   std::optional<LiveWindow> window;
   if (show) window.emplace(mesh, calibrated, source.live() ? 0 : source.frame_rate() / static_cast<double>(stride));
-  mesh = Mesh();  // its textures are not needed any more
+  mesh = given_mesh = Mesh();  // their textures are not needed any more
 
   if (!T_camera_object && !quiet)
     print_note(guide.empty() ? "no first pose is given: looking for the object in each frame"
@@ -212,7 +213,7 @@ int TrackCommand::run() const {
     const bool unlike = tracked.result.texture.asked && !tracked.result.texture.holds;
     if (tracked.ordinal == 0 && (is_lost || unlike) && !completion) {
       const auto reading = [&](bool by_texture) {
-        return pose_hint(*T_camera_object,
+        return pose_hint(*T_camera_object, by_texture,
                          [&](const Pose& pose) { return is_held_from(follower, pose, view, by_texture); });
       };
       // A reading that the print confirms goes before one that the outline alone holds.

@@ -39,7 +39,7 @@ TEST_CASE("Every convention's pose is told as that") {
   const Pose truth = some_pose();
   const Eigen::Matrix3d flip = Eigen::Vector3d(1, -1, -1).asDiagonal();
   const auto said = [&](const Pose& given) {
-    return pose_hint(given, [&](const Pose& pose) { return pose.isApprox(truth, 1e-9); }).value_or("");
+    return pose_hint(given, true, [&](const Pose& pose) { return pose.isApprox(truth, 1e-9); }).value_or("");
   };
   Pose given = truth;
   given.linear() = flip * truth.linear();
@@ -57,7 +57,7 @@ TEST_CASE("Every convention's pose is told as that") {
   CHECK(said(given).find("y up where this one has z") != std::string::npos);
   given.linear() = truth.linear() * Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX());
   CHECK(said(given).find("z up where this one has y") != std::string::npos);
-  CHECK_FALSE(pose_hint(truth, [](const Pose&) { return false; }));
+  CHECK_FALSE(pose_hint(truth, true, [](const Pose&) { return false; }));
 }
 
 TEST_CASE("A start that no reading explains says how much of the contour is there") {

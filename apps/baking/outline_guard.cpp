@@ -23,12 +23,12 @@ Mesh shape_of(Mesh mesh) {
 OutlineGuard::OutlineGuard(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
     : shape_(shape_of(mesh), camera, options, device), p_object_center_(mesh.center()), radius_(mesh.radius()) {}
 
-Pose OutlineGuard::first_pose(const ImageView& frame, const Pose& T_camera_object) {
+std::optional<Pose> OutlineGuard::first_pose(const ImageView& frame, const Pose& T_camera_object) {
   shape_.reset(T_camera_object);
   const FrameResult result = shape_.track(frame);
-  const Pose T_first = is_clear(result) ? result.T_camera_object : T_camera_object;
-  shape_.reset(T_first);
-  return T_first;
+  const bool clear = is_clear(result);
+  shape_.reset(clear ? result.T_camera_object : T_camera_object);
+  return clear ? std::optional(result.T_camera_object) : std::nullopt;
 }
 
 FrameResult OutlineGuard::check(Tracker& tracker, const ImageView& frame, std::optional<double> time_s,

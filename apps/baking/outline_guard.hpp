@@ -14,8 +14,9 @@ class OutlineGuard {
   /// Throws as Tracker does.
   OutlineGuard(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device);
 
-  /// The first pose as the outline shows it in the first frame; as it was given where that is not clear.
-  Pose first_pose(const ImageView& frame, const Pose& T_camera_object);
+  /// The first pose as the outline shows it in the first frame; none where that is not clear, and the given one is
+  /// kept.
+  std::optional<Pose> first_pose(const ImageView& frame, const Pose& T_camera_object);
 
   const Eigen::Vector3d& p_object_center() const { return p_object_center_; }
 

@@ -9,7 +9,15 @@ namespace holdfast::app {
 
 Pose start_by_outline(baking::OutlineGuard& guard, const cv::Mat& frame, const Pose& T_camera_object, bool quiet) {
   cv::Mat grey;
-  const Pose T_first = guard.first_pose(tracker_view(frame, grey), T_camera_object);
+  const std::optional<Pose> found = guard.first_pose(tracker_view(frame, grey), T_camera_object);
+  if (!found) {
+    print_warning(
+        "the model's outline is not clear at the first pose, which is taken as given: check the model, its unit and "
+        "the "
+        "pose where the object is in full view");
+    return T_camera_object;
+  }
+  const Pose& T_first = *found;
   constexpr double kDegrees = 57.29577951308232;
   const Eigen::Vector3d& p = guard.p_object_center();
   if (!quiet) {

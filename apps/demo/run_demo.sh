@@ -57,7 +57,7 @@ track_box() {
   echo
   echo "== 2 of 4: the box's texture, from the video as the box turns"
   "$program" bake "$video" --model "$here/box.obj" --camera "$folder/camera.yml" --init "$folder/pose.txt" \
-    --out "$folder/box_textured.obj"
+    --keep-pose --out "$folder/box_textured.obj"  # the real box is higher than its model
   echo
   echo "== 3 of 4: the box through the whole video"
   "$program" track "$video" --model "$folder/box_textured.obj" --camera "$folder/camera.yml" \

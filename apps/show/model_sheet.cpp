@@ -17,11 +17,12 @@
 namespace holdfast::app {
 namespace {
 
-constexpr int kTile = 420;     // pixels a side
-constexpr int kHeader = 64;    // pixels
-constexpr double kFill = 0.8;  // of a tile, by the model's sphere
-constexpr double kAway = 20;   // radii, so far that sides look nearly parallel
-constexpr int kArrow = 34;     // pixels
+constexpr int kTile = 420;              // pixels a side
+constexpr int kHeader = 64;             // pixels
+constexpr double kFill = 0.8;           // of a tile, by the model's sphere
+constexpr double kAway = 20;            // radii, so far that sides look nearly parallel
+constexpr int kArrow = 34;              // pixels
+constexpr double kSamplesAcross = 200;  // of the surface, along the model's box
 
 const cv::Scalar kBackground(34, 30, 28), kText(235, 235, 235);
 
@@ -126,6 +127,27 @@ cv::Mat tile_of(Renderer& renderer, const Mesh& mesh, const Side& side) {
   return tile;
 }
 
+/// Share of a triangle whose texels are known (not transparent), from `steps` samples along each side.
+double known_share(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners, const Texture& texture, int steps) {
+  const auto texel = [](float coordinate, int size) {
+    return std::clamp(static_cast<int>((coordinate - std::floor(coordinate)) * static_cast<float>(size)), 0, size - 1);
+  };
+  const auto& at = mesh.texture_coordinates;
+  int known = 0, all = 0;
+  for (int i = 0; i < steps; ++i) {
+    for (int j = 0; i + j < steps; ++j, ++all) {
+      const float a = (static_cast<float>(i) + 1 / 3.0F) / static_cast<float>(steps);
+      const float b = (static_cast<float>(j) + 1 / 3.0F) / static_cast<float>(steps);
+      const Eigen::Vector2f t = a * at[corners[0]] + b * at[corners[1]] + (1 - a - b) * at[corners[2]];
+      const int x = texel(t.x(), texture.width), y = texel(1 - t.y(), texture.height);
+      known += texture.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(texture.width) +
+                                 static_cast<std::size_t>(x)) +
+                            3] > 0;
+    }
+  }
+  return static_cast<double>(known) / all;
+}
+
 std::string size_text(const Mesh& mesh) {
   const Eigen::Vector3d size = box_of(mesh).sizes();
   const double largest = size.maxCoeff();
@@ -162,6 +184,7 @@ cv::Mat with_model_sheet(const cv::Mat& picture, const Mesh& mesh, const std::st
 
 std::string model_text(const Mesh& mesh) {
   const Eigen::AlignedBox3d box = box_of(mesh);
+  const double extent = box.diagonal().norm();
   double whole = 0, known = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& [a, b, c] = mesh.triangles[i];
@@ -172,7 +195,12 @@ std::string model_text(const Mesh& mesh) {
     const bool colored =
         !mesh.colors.empty() && mesh.colors[a][3] > 0 && mesh.colors[b][3] > 0 && mesh.colors[c][3] > 0;
     whole += area;
-    known += textured || colored ? area : 0;
+    if (textured) {
+      const int steps = 1 + static_cast<int>(kSamplesAcross * std::sqrt(area) / extent);
+      known += area * known_share(mesh, mesh.triangles[i], mesh.materials[material].texture, steps);
+    } else if (colored) {
+      known += area;
+    }
   }
   std::string text = fmt::format("size           {}\n", size_text(mesh));
   text +=
@@ -183,7 +211,7 @@ std::string model_text(const Mesh& mesh) {
                                      : fmt::format("material       '{}': texture of {}x{}\n", material.name,
                                                    material.texture.width, material.texture.height);
   }
-  text += fmt::format("look           {:.0f} % of the surface has a texture or colours\n",
+  text += fmt::format("look           {:.0f} % of the surface has a known texture or colours\n",
                       100 * known / std::max(whole, 1e-300));
   return text;
 }

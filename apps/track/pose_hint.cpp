@@ -78,12 +78,14 @@ std::string lost_start(const FrameResult& first) {
               : "");
 }
 
-std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held) {
+std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_texture,
+                                     const std::function<bool(const Pose&)>& is_held) {
   const std::vector<PoseReading> readings = other_readings(T_camera_object);
   const auto meant = std::find_if(readings.begin(), readings.end(),
                                   [&](const PoseReading& reading) { return is_held(reading.T_camera_object); });
   if (meant == readings.end()) return std::nullopt;
-  return fmt::format("the object is not where the first pose puts it, but it is found if that is read {}", meant->name);
+  return fmt::format("the object is not where the first pose puts it, but {} if that is read {}",
+                     by_texture ? "it is found" : "its outline fits, which other shapes' may too,", meant->name);
 }
 
 }  // namespace holdfast::app

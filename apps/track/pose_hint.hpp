@@ -28,7 +28,8 @@ void require_in_front(const Mesh& mesh, const Pose& T_camera_object);
 std::string lost_start(const FrameResult& first);
 
 /// The first other reading of a given pose under which `is_held` finds the object: asked where the first frame is lost
-/// or unlike under the pose as it stands.
-std::optional<std::string> pose_hint(const Pose& T_camera_object, const std::function<bool(const Pose&)>& is_held);
+/// or unlike under the pose as it stands. `by_texture`: what holds it is its texture, not the outline alone.
+std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_texture,
+                                     const std::function<bool(const Pose&)>& is_held);
 
 }  // namespace holdfast::app
