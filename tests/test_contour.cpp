@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
+#include <random>
 #include <vector>
 
 #include "holdfast/tracker.hpp"
@@ -150,6 +151,27 @@ TEST_CASE("a first pose that is off is mended, in refine() too, which changes no
   other.reset(T_off);
   other.track(view_of(first));
   CHECK(next.T_camera_object.matrix() == other.track(view_of(second)).T_camera_object.matrix());
+}
+
+TEST_CASE("whichever way a first pose is off, the outline is found from it") {
+  const Sequence sequence(painted_wedge(), moderate_motion(1, 49));
+  const cv::Mat frame = sequence.frame(0);
+  Tracker tracker(shape_of(painted_wedge()), sequence.camera());
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto direction = [&] { return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized(); };
+  for (int i = 0; i < 20; ++i) {
+    CAPTURE(i);
+    Pose T_off = sequence.pose(0);
+    T_off.linear() = Eigen::AngleAxisd(5 / kDegrees, direction()) * T_off.linear();
+    T_off.translation() += 0.008 * direction();
+    tracker.reset(T_off);
+    const FrameResult found = tracker.track(view_of(frame));
+    CHECK(found.status == Status::held);
+    const PoseError error = pose_error(sequence.pose(0), found.T_camera_object);
+    CHECK(error.millimetres < 3);
+    CHECK(error.degrees < 1.5);
+  }
 }
 
 TEST_CASE("the object gone: lost, with a reason; back at the same place: held") {

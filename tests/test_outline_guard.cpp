@@ -31,8 +31,9 @@ TEST_CASE("a first pose that is off is put on the outline, and a tracker elsewhe
     const Device device;
     baking::OutlineGuard guard(box(), sequence.camera(), {}, device);
     const cv::Mat first = sequence.frame(0);
-    const PoseError error =
-        pose_error(sequence.pose(0), guard.first_pose(view_of(first), moved(sequence.pose(0), 5, 3)));
+    const std::optional<Pose> found = guard.first_pose(view_of(first), moved(sequence.pose(0), 5, 3));
+    REQUIRE(found);
+    const PoseError error = pose_error(sequence.pose(0), *found);
     CHECK(error.millimetres < 2.5);
     CHECK(error.degrees < 1);
 

@@ -16,6 +16,10 @@ constexpr double kMostSurprise = 2;
 /// Poses that move the object's corners by less than so many pixels are the same start.
 constexpr double kSamePixels = 1;
 constexpr std::size_t kMostStarts = 3;
+/// Pixels that a first pose may be off for the colours beside it to be the object's.
+constexpr double kSameColors = 2;
+/// Times that they are learned anew at most.
+constexpr int kMostRelearned = 3;
 /// Least side of the object on a level that is still worth comparing there, pixels.
 constexpr double kLeastSide = 20;
 /// Turns that a lost object is tried with, radians: about what the coarsest level converges from.
@@ -42,6 +46,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
+    if (!state_.seen) follow_from_there(best);
     if (!held(best) && !state_.seen && !state_.motion.lost()) {
       const std::optional<Pose> T_first = start_as_given(prior_.T_camera_object, best.T_camera_object);
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
@@ -96,6 +101,25 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   if (held(mended) && as_usual(mended)) return mended;
   const Alignment given = follow_fully({prior.T_camera_object}, true, state_);
   return given.score > mended.score ? given : mended;
+}
+
+/// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found.
+void Pipeline::follow_from_there(Alignment& best) {
+  if (tuning_.paper() || !tuning_.contour || state_.textured) return;
+  Pose T_colors = prior_.T_camera_object;
+  for (int i = 0; i < kMostRelearned; ++i) {
+    if (!best.solved || aligner_.corner_motion(T_colors, best.T_camera_object) < kSameColors) return;
+    T_colors = best.T_camera_object;
+    const ColorHistograms colors = state_.colors;
+    see(T_colors, Given::nearly, state_);
+    const Alignment again = follow_fully({T_colors}, false, state_);
+    if (again.score < best.score) {
+      state_.colors = colors;
+      aligner_.contour().use_colors(colors);
+      return;
+    }
+    best = again;
+  }
 }
 
 std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
