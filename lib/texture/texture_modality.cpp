@@ -41,7 +41,6 @@ TextureModality::TextureModality(const Device::Impl& device, const std::vector<L
     : levels_(levels),
       extent_(extent),
       tuning_(tuning),
-      occlusion_(device, levels),
       constraints_(device, levels),
       photometry_(device, levels, tuning.photometric) {
   tiles_.reserve(static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y()));
@@ -94,10 +93,9 @@ void TextureModality::enqueue(const ViewTemplate& view, const DeviceImage& image
   auto warp = make_warp(levels_[static_cast<std::size_t>(request.level)].camera, D, conditioning.p_camera_center,
                         image.valid(request.level));
   warp.every = request.row_stride;
-  occlusion_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)),
-                     photometry_.buffer(request.level));
   last_ = constraint_options(request, conditioning, state);
-  constraints_.enqueue(view, occlusion_, request.level, last_, photometry_.buffer(request.level));
+  constraints_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)), last_,
+                       photometry_.buffer(request.level));
 }
 
 TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceImage& image, const Pose& D,

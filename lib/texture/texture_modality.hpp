@@ -9,7 +9,6 @@
 #include "solve/normal_equations.hpp"
 #include "texture/flow_constraints.hpp"
 #include "texture/noise_information.hpp"
-#include "texture/occlusion.hpp"
 #include "texture/photometry.hpp"
 #include "texture/score_covariance.hpp"
 
@@ -80,8 +79,8 @@ class TextureModality {
                          const TextureState& state) {
     enqueue(view, image, D, {level, finest, 1, false, false}, state);
   }
-  const cl::Buffer& classes(int level) const { return constraints_.classes(level); }
-  const OcclusionTest& samples() const { return occlusion_; }
+  /// Samples and classes of what was linearized last.
+  const FlowConstraints& constraints() const { return constraints_; }
   Photometry& photometry() { return photometry_; }
 
  private:
@@ -99,7 +98,6 @@ class TextureModality {
   const std::vector<Level>& levels_;
   Extent extent_;
   Tuning tuning_;
-  OcclusionTest occlusion_;
   FlowConstraints constraints_;
   Photometry photometry_;
   kernel::hf_constraints last_{};

@@ -93,7 +93,7 @@ PixelMask Pipeline::pixel_mask() {
   const Level& level = levels_[static_cast<std::size_t>(finest)];
   const kernel::hf_rect& tiles = view_.planes(finest).tiles;
   std::vector<std::uint8_t> classes(level.elements);
-  device_.impl().queue.enqueueReadBuffer(aligner_.texture().classes(finest), CL_TRUE, 0, classes.size(),
+  device_.impl().queue.enqueueReadBuffer(aligner_.texture().constraints().classes(finest), CL_TRUE, 0, classes.size(),
                                          classes.data());
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
