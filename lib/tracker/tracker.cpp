@@ -102,10 +102,8 @@ void Tracker::reset(const Pose& T_camera_object) {
 void Tracker::reset(const Pose& T_camera_object, const ImageView& frame, std::optional<double> time_s) {
   impl_->check_start(T_camera_object);
   with_device_errors("starting at a pose", [&] {
-    impl_->with_frame(frame, [&](const UploadFrame& upload) {
-      impl_->pipeline.reset(T_camera_object, upload, time_s);
-      return 0;
-    });
+    impl_->with_frame(frame,
+                      [&](const UploadFrame& upload) { impl_->pipeline.reset(T_camera_object, upload, time_s); });
   });
 }
 
