@@ -86,23 +86,17 @@ kernel::hf_constraints TextureModality::constraint_options(const TextureRequest&
   return k;
 }
 
-void TextureModality::enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
-                              const TextureRequest& request, const TextureState& state) {
-  const Conditioning conditioning = this->conditioning(view);
-  photometry_.enqueue_upload(request.level, view.planes(request.level).tiles);
-  auto warp = make_warp(levels_[static_cast<std::size_t>(request.level)].camera, D, conditioning.p_camera_center,
-                        image.valid(request.level));
-  warp.every = request.row_stride;
-  last_ = constraint_options(request, conditioning, state);
-  constraints_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)), last_,
-                       photometry_.buffer(request.level));
-}
-
 TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
                                         const TextureRequest& request, TextureState& state) {
   const auto l = static_cast<std::size_t>(request.level);
   grey_ = image.grey();
-  enqueue(view, image, D, request, state);
+  const Conditioning conditioning = this->conditioning(view);
+  photometry_.enqueue_upload(request.level, view.planes(request.level).tiles);
+  auto warp = make_warp(levels_[l].camera, D, conditioning.p_camera_center, image.valid(request.level));
+  warp.every = request.row_stride;
+  last_ = constraint_options(request, conditioning, state);
+  constraints_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)), last_,
+                       photometry_.buffer(request.level));
   TextureTerms terms;
   terms.row_stride = request.row_stride;
   ConstraintSums& sums = terms.sums;

@@ -74,11 +74,6 @@ class TextureModality {
   Matrix6 covariance(const ViewTemplate& view, const TextureTerms& terms, const Twist& last_step_camera,
                      const Matrix6& others);
 
-  /// Enqueues the tests of every pixel again, for a picture of their classes.
-  void decide_all_pixels(const ViewTemplate& view, const DeviceImage& image, const Pose& D, int level, int finest,
-                         const TextureState& state) {
-    enqueue(view, image, D, {level, finest, 1, false, false}, state);
-  }
   /// Samples and classes of what was linearized last.
   const FlowConstraints& constraints() const { return constraints_; }
   Photometry& photometry() { return photometry_; }
@@ -86,8 +81,6 @@ class TextureModality {
  private:
   double rows_per_observation() const;
   void set_equations(const ViewTemplate& view, TextureTerms& terms) const;
-  void enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D, const TextureRequest& request,
-               const TextureState& state);
   kernel::hf_constraints constraint_options(const TextureRequest& request, const Conditioning& conditioning,
                                             const TextureState& state) const;
   OcclusionOptions tests_of(const TextureRequest& request) const;
