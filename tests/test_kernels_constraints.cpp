@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "support/kernel_scene.hpp"
-#include "texture/occlusion.hpp"
+#include "texture/flow_constraints.hpp"
 
 namespace {
 

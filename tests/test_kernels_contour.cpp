@@ -13,7 +13,7 @@
 #include "contour/color_histograms.hpp"
 #include "contour/contour_points.hpp"
 #include "holdfast/pose.hpp"
-#include "solve/conditioning.hpp"
+#include "solve/normal_equations.hpp"
 #include "support/conditioned.hpp"
 #include "support/kernel_checks.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "support/kernel_scene.hpp"
-#include "texture/occlusion.hpp"
+#include "texture/flow_constraints.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "base/light_encoding.hpp"
 #include "holdfast/error.hpp"
 #include "render/enlarged_texture.hpp"
-#include "render/light_levels.hpp"
+#include "render/mip_levels.hpp"
 #include "support/render_comparison.hpp"
 
 namespace {

@@ -112,7 +112,9 @@ struct LitBall {
     photometry.enqueue_upload(0, view.planes(0).tiles);
     kernel::hf_warp warp = make_warp(levels[0].camera, Pose::Identity(), T_camera_object.translation(), image.valid(0));
     warp.every = every;
-    test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), photometry.buffer(0));
+    kernel::hf_constraints constraints{};
+    constraints.every = every;
+    test.enqueue(view, image, 0, warp, make_tests(OcclusionOptions()), constraints, photometry.buffer(0));
     return patches.read(view, test, 0, every, photometry, {shading, drawn});
   }
 
@@ -122,7 +124,7 @@ struct LitBall {
   ImageFilter filter;
   ViewTemplate view;
   DeviceImage image;
-  OcclusionTest test;
+  FlowConstraints test;
   Photometry photometry;
   LitPatches patches;
 };

@@ -11,7 +11,7 @@
 #include "base/one_color.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/mesh.hpp"
-#include "render/texture_levels.hpp"
+#include "render/mip_levels.hpp"
 
 namespace holdfast {
 namespace {

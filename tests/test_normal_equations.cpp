@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <random>
 
-#include "solve/conditioning.hpp"
 #include "solve/normal_equations.hpp"
 #include "solve/uncertain_origin.hpp"
 #include "support/conditioned.hpp"

@@ -7,6 +7,15 @@
 
 namespace holdfast {
 
+/// The pose turned like this that has a point of the object there.
+inline Pose anchored(const Eigen::Matrix3d& R_camera_object, const Eigen::Vector3d& p_object,
+                     const Eigen::Vector3d& p_camera) {
+  Pose T = Pose::Identity();
+  T.linear() = R_camera_object;
+  T.translation() = p_camera - R_camera_object * p_object;
+  return T;
+}
+
 /// The angle between two poses' rotations, radians.
 inline double turn_between(const Pose& a, const Pose& b) { return rotation_angle(a.linear().transpose() * b.linear()); }
 

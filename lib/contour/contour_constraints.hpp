@@ -6,7 +6,7 @@
 #include "contour/color_histograms.hpp"
 #include "contour/contour_points.hpp"
 #include "image/device_image.hpp"
-#include "solve/conditioning.hpp"
+#include "solve/normal_equations.hpp"
 #include "texture/flow_constraints.hpp"
 
 namespace holdfast {

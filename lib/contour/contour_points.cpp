@@ -23,35 +23,30 @@ double distance_of_share(double share) {
   return 0.5 * (low + high);
 }
 
-class Silhouette {
- public:
-  explicit Silhouette(const DrawnDepth& drawn) : drawn_(drawn) {}
-  int width() const { return drawn_.rect.width; }
-  int height() const { return drawn_.rect.height; }
-  float depth(int x, int y) const { return drawn_.depth[static_cast<std::size_t>(y) * width() + x]; }
-  bool drawn(int x, int y) const { return x >= 0 && y >= 0 && x < width() && y < height(); }
-  bool object(int x, int y) const { return depth(x, y) < 1.0F; }
-  /// Marks the pixels of a row that are the object's and beside one that is not; all neighbours must be drawn.
-  void mark_contour(int y, int margin, std::vector<std::uint8_t>& marks) const {
-    const float* here = drawn_.depth + static_cast<std::ptrdiff_t>(y) * width();
-    const float *above = here - width(), *below = here + width();
-    for (int x = margin; x + margin < width(); ++x) {
-      const float farthest = std::max(std::max(here[x - 1], here[x + 1]), std::max(above[x], below[x]));
-      marks[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>((here[x] < 1.0F) & (farthest >= 1.0F));
-    }
-  }
+/// A pixel of the drawn rectangle shows the object.
+bool is_object(const DrawnDepth& drawn, int x, int y) {
+  return drawn.depth[static_cast<std::ptrdiff_t>(y) * drawn.rect.width + x] < 1.0F;
+}
 
- private:
-  const DrawnDepth& drawn_;
-};
+/// Marks the pixels of a row that are the object's and beside one that is not; all neighbours must be drawn.
+void mark_contour(const DrawnDepth& drawn, int y, int margin, std::vector<std::uint8_t>& marks) {
+  const int width = drawn.rect.width;
+  const float* here = drawn.depth + static_cast<std::ptrdiff_t>(y) * width;
+  const float *above = here - width, *below = here + width;
+  for (int x = margin; x + margin < width; ++x) {
+    const float farthest = std::max(std::max(here[x - 1], here[x + 1]), std::max(above[x], below[x]));
+    marks[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>((here[x] < 1.0F) & (farthest >= 1.0F));
+  }
+}
 
 /// Steps of a pixel along `direction` for which the silhouette stays as it is.
-float reach_along(const Silhouette& silhouette, const Eigen::Vector2d& from, const Eigen::Vector2d& direction,
-                  bool object, int most) {
+float reach_along(const DrawnDepth& drawn, const Eigen::Vector2d& from, const Eigen::Vector2d& direction, bool object,
+                  int most) {
   for (int k = 1; k <= most; ++k) {
     const Eigen::Vector2d at = from + k * direction;
     const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
-    if (!silhouette.drawn(x, y) || silhouette.object(x, y) != object) return static_cast<float>(k - 1);
+    const bool inside = x >= 0 && y >= 0 && x < drawn.rect.width && y < drawn.rect.height;
+    if (!inside || is_object(drawn, x, y) != object) return static_cast<float>(k - 1);
   }
   return static_cast<float>(most);
 }
@@ -61,7 +56,6 @@ float reach_along(const Silhouette& silhouette, const Eigen::Vector2d& from, con
 void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t most, int reach, ContourScan& scan,
                     std::vector<ContourPoint>& points) {
   points.clear();
-  const Silhouette silhouette(drawn);
   const Rect& rect = drawn.rect;
   const auto in_picture = [&](double x, double y) {
     return x > -0.5 && y > -0.5 && x < camera.width - 0.5 && y < camera.height - 0.5;
@@ -70,7 +64,7 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
   pixels.clear();
   marks.assign(static_cast<std::size_t>(rect.width), 0);
   for (int y = kAround; y + kAround < rect.height; ++y) {
-    silhouette.mark_contour(y, kAround, marks);
+    mark_contour(drawn, y, kAround, marks);
     const auto end = marks.end() - std::min(kAround, rect.width);
     for (auto mark = std::find(marks.begin(), end, 1); mark != end; mark = std::find(mark + 1, end, 1)) {
       const int x = static_cast<int>(mark - marks.begin());
@@ -97,7 +91,7 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
     Eigen::Vector2d towards = Eigen::Vector2d::Zero();
     for (int v = -kAround; v <= kAround; ++v) {
       for (int u = -kAround; u <= kAround; ++u) {
-        if (!silhouette.object(x + u, y + v)) continue;
+        if (!is_object(drawn, x + u, y + v)) continue;
         const double w = weight[static_cast<std::size_t>(v + kAround)][static_cast<std::size_t>(u + kAround)];
         inside += w;
         towards += w * Eigen::Vector2d(u, v);
@@ -108,10 +102,10 @@ void contour_points(const DrawnDepth& drawn, const Camera& camera, std::size_t m
     const Eigen::Vector2d at = Eigen::Vector2d(x, y) + kSigma * distance_of_share(inside / all) * normal;
     ContourPoint point;
     point.normal = normal.cast<float>();
-    point.inside = reach_along(silhouette, at, -normal, true, reach);
-    point.outside = reach_along(silhouette, at, normal, false, reach);
+    point.inside = reach_along(drawn, at, -normal, true, reach);
+    point.outside = reach_along(drawn, at, normal, false, reach);
     if (point.inside < kLeastInside) continue;
-    const double z = drawn.range.metric(static_cast<double>(silhouette.depth(x, y)));
+    const double z = drawn.range.metric(static_cast<double>(drawn.at(rect.x + x, rect.y + y)));
     point.p_camera =
         Eigen::Vector3d(z * (at.x() + rect.x - camera.cx) / camera.fx, z * (at.y() + rect.y - camera.cy) / camera.fy, z)
             .cast<float>();

@@ -1,5 +1,6 @@
 #include "detection/contour_template.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -95,9 +96,9 @@ std::vector<ContourPoint> ContourDrawer::draw(const Pose& T_camera_object, std::
           {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), edges.direction.at<std::uint8_t>(y, x)});
     }
   }
-  if (all.size() <= most) return all;
+  const std::size_t count = std::min(all.size(), most);
   std::vector<ContourPoint> chosen;
-  for (std::size_t i = 0; i < most; ++i) chosen.push_back(all[i * all.size() / most]);
+  for (std::size_t i = 0; i < count; ++i) chosen.push_back(all[i * all.size() / count]);
   return chosen;
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <opencv2/calib3d.hpp>
 
+#include "base/turns.hpp"
 #include "detection/frame_mat.hpp"
 #include "detection/matcher.hpp"
 #include "detection/robust_pnp.hpp"
@@ -29,10 +30,8 @@ Pose mirrored(const std::vector<cv::Point3f>& places, const Pose& T_camera_objec
   const Eigen::Vector3d p_camera = T_camera_object * p_mean, sight = p_camera.normalized();
   const Eigen::Vector3d normal = T_camera_object.linear() * axes.eigenvectors().col(0);
   const Eigen::Vector3d image = 2 * sight.dot(normal) * sight - normal;
-  Pose result = T_camera_object;
-  result.linear() = Eigen::Quaterniond::FromTwoVectors(normal, image).toRotationMatrix() * T_camera_object.linear();
-  result.translation() = p_camera - result.linear() * p_mean;
-  return result;
+  const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(normal, image).toRotationMatrix();
+  return anchored(turn * T_camera_object.linear(), p_mean, p_camera);
 }
 
 }  // namespace

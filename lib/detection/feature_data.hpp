@@ -24,7 +24,7 @@ struct ModelFeatures::Data {
   }
 };
 
-/// Features of a picture, grey8. `mask`, where given: pixels whose features are wanted.
+/// Features of a picture, grey8.
 struct PictureFeatures {
   std::vector<cv::KeyPoint> places;
   cv::Mat descriptors;  ///< bytes

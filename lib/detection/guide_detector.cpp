@@ -69,9 +69,8 @@ struct GuideDetector::Impl {
       const Eigen::Matrix3d R = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
       for (int i = 0; i < kDistances; ++i) {
         ContourTemplate drawn;
-        drawn.T_camera_object.linear() = R * T_guide.linear();
-        drawn.T_camera_object.translation() =
-            kLeastDistance * std::pow(kDistanceStep, i) * p - drawn.T_camera_object.linear() * p_center;
+        drawn.T_camera_object =
+            anchored(R * T_guide.linear(), p_center, kLeastDistance * std::pow(kDistanceStep, i) * p);
         drawn.points = drawer.draw(drawn.T_camera_object, kMostPoints);
         if (drawn.points.size() >= kLeastPoints) templates.push_back(std::move(drawn));
       }
@@ -190,8 +189,8 @@ struct GuideDetector::Impl {
       const Eigen::Vector3d shifted = p + Eigen::Vector3d(peak.shift.x / small.fx, peak.shift.y / small.fy, 0) * p.z();
       PoseCandidate candidate;
       candidate.score = peak.score;
-      candidate.T_camera_object.linear() = Eigen::Quaterniond::FromTwoVectors(p, shifted) * T.linear();
-      candidate.T_camera_object.translation() = shifted - candidate.T_camera_object.linear() * p_center;
+      candidate.T_camera_object =
+          anchored(Eigen::Quaterniond::FromTwoVectors(p, shifted) * T.linear(), p_center, shifted);
       const auto same = [&](const PoseCandidate& other) {
         const Eigen::Vector2d apart = small.project(shifted) - small.project(other.T_camera_object * p_center);
         const Eigen::Matrix3d turn = other.T_camera_object.linear() * candidate.T_camera_object.linear().transpose();

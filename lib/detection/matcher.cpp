@@ -26,17 +26,6 @@ struct Match {
 
 }  // namespace
 
-void Matches::keep(const std::vector<bool>& kept) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (!kept[i]) continue;
-    places[count] = places[i];
-    pixels[count++] = pixels[i];
-  }
-  places.resize(count);
-  pixels.resize(count);
-}
-
 Matcher::Matcher(const ModelFeatures& model)
     : model_(model),
       descriptors_(comparable(model.data().descriptors)),

@@ -15,8 +15,6 @@ struct Matches {
   std::vector<cv::Point2f> pixels;
   double pixel_scale =
       1;  ///< pixels of the frame a pixel that was looked at: large frames are looked at as smaller ones
-
-  void keep(const std::vector<bool>& kept);
 };
 
 /// Finds a model's features in frames.

@@ -3,6 +3,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "base/turns.hpp"
 #include "detection/feature_data.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/renderer.hpp"
@@ -54,9 +55,8 @@ class ViewReader {
   }
 
   void read(const Eigen::Vector3d& direction, ModelFeatures::Data& data) {
-    Pose T = Pose::Identity();
-    T.linear() = Eigen::Quaterniond::FromTwoVectors(direction, -Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    T.translation() = Eigen::Vector3d(0, 0, kDistance * radius_) - T.linear() * p_center_;
+    const Pose T = anchored(Eigen::Quaterniond::FromTwoVectors(direction, -Eigen::Vector3d::UnitZ()).toRotationMatrix(),
+                            p_center_, {0, 0, kDistance * radius_});
     const DepthRange range =
         renderer_.render(T, camera_, {0, 0, kViewSide, kViewSide}, {rgba_.data, depth_.ptr<float>(), kViewSide});
     cv::Mat alpha, grey, known, inside;
@@ -92,9 +92,7 @@ std::shared_ptr<const ModelFeatures::Data> read_model(const Mesh& mesh) {
                 "the model has neither texture nor vertex colours to recognize it by: give a first pose or a guide, or "
                 "a texture ('holdfast bake' makes one from a video)");
   }
-  const auto data = std::make_shared<ModelFeatures::Data>();
-  data->hash = model_hash(mesh);
-  data->radius = mesh.radius();
+  const auto data = std::make_shared<ModelFeatures::Data>(ModelFeatures::Data{model_hash(mesh), mesh.radius(), {}, {}});
   ViewReader views(mesh);
   for (const Eigen::Vector3d& direction : directions()) views.read(direction, *data);
   if (data->p_object.size() < kFewest) {
@@ -129,10 +127,7 @@ ModelFeatures::ModelFeatures(const Mesh& mesh) : data_(read_model(mesh)) {}
 
 ModelFeatures ModelFeatures::none(const Mesh& mesh) {
   mesh.validate();
-  const auto data = std::make_shared<Data>();
-  data->hash = model_hash(mesh);
-  data->radius = mesh.radius();
-  return ModelFeatures(data);
+  return ModelFeatures(std::make_shared<const Data>(Data{model_hash(mesh), mesh.radius(), {}, {}}));
 }
 
 ModelFeatures ModelFeatures::with(const ModelFeatures& other) const {

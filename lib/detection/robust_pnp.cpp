@@ -49,15 +49,21 @@ std::optional<Consensus> take_consensus(Matches& matches, const cv::Mat& K) {
                                         translation, inliers, parameters);
   if (!found || inliers.total() < kLeastInliers) return {};
   Consensus consensus;
-  std::vector<bool> rest(matches.places.size(), true);
+  std::vector<bool> agrees(matches.places.size(), false);
   for (int i = 0; i < static_cast<int>(inliers.total()); ++i) {
     const auto index = static_cast<std::size_t>(inliers.at<int>(i));
     consensus.places.push_back(matches.places[index]);
     consensus.pixels.push_back(matches.pixels[index]);
-    rest[index] = false;
+    agrees[index] = true;
   }
+  Matches rest{{}, {}, matches.pixel_scale};
+  for (std::size_t i = 0; i < agrees.size(); ++i) {
+    if (agrees[i]) continue;
+    rest.places.push_back(matches.places[i]);
+    rest.pixels.push_back(matches.pixels[i]);
+  }
+  matches = std::move(rest);
   consensus.T_camera_object = pose_of(rotation, translation);
-  matches.keep(rest);
   return consensus;
 }
 

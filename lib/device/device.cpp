@@ -193,15 +193,11 @@ HostMemory Device::Impl::host_memory(std::size_t bytes) const { return {context,
 
 void Device::Impl::enqueue_rows(const cl::Kernel& kernel, int width, int height) const {
   if (width <= 0 || height <= 0) return;
-  if (strips) {
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(1, static_cast<std::size_t>(height)),
-                               cl::NDRange(1, 1));
-  } else {
-    // Fixed local sizes: a driver may compile once for each new one. Items beyond the width do nothing.
-    const std::size_t columns = (static_cast<std::size_t>(width) + HF_GROUP - 1) / HF_GROUP * HF_GROUP;
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(columns, static_cast<std::size_t>(height)),
-                               cl::NDRange(HF_GROUP, 1));
-  }
+  // Fixed local sizes: a driver may compile once for each new one. Items beyond the width do nothing.
+  const std::size_t group = strips ? 1 : HF_GROUP, columns = strips ? 1 : static_cast<std::size_t>(width);
+  queue.enqueueNDRangeKernel(kernel, cl::NullRange,
+                             cl::NDRange((columns + group - 1) / group * group, static_cast<std::size_t>(height)),
+                             cl::NDRange(group, 1));
 }
 
 void Device::Impl::enqueue_items(const cl::Kernel& kernel, std::size_t count) const {

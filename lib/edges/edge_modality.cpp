@@ -33,8 +33,6 @@ constexpr float kMemory = 0.25F;
 
 }  // namespace
 
-const EdgeSearch kCoarseEdgeSearch{3}, kCloseEdgeSearch{1.5}, kClosestEdgeSearch{1.2};
-
 double EdgeTerms::score() const {
   constexpr double kChance = 2 * kNear / (2 * HF_EDGE_REACH + 1);
   return lines > 0 ? (near / lines - kChance) / (1 - kChance) : 0;
@@ -131,8 +129,7 @@ EdgeModality::Found EdgeModality::found_on(std::size_t line, double expected, do
   return {chance * chance, offset / weight, std::abs(best) < kNear};
 }
 
-EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, const EdgeSearch& search,
-                                  const EdgeMemory& memory) {
+EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, double window, const EdgeMemory& memory) {
   EdgeTerms terms;
   if (!look(T_camera_object, level, memory) || edges_.size() < kLeastLines) return terms;
   terms.found = true;
@@ -142,7 +139,7 @@ EdgeTerms EdgeModality::linearize(const Pose& T_camera_object, int level, const 
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const VisibleEdge& edge = edges_[i];
     if ((D * edge.p_camera).z() < kLeastDepth) continue;
-    const Found found = found_on(i, displacement(edge, D, camera) + usual_offset(edge, level, memory), search.window);
+    const Found found = found_on(i, displacement(edge, D, camera) + usual_offset(edge, level, memory), window);
     terms.lines += 1;
     terms.near += found.near ? 1 : 0;
     if (found.weight <= 0) continue;

@@ -22,11 +22,9 @@ struct EdgeTerms {
   double score() const;
 };
 
-/// How closely edges are looked for.
-struct EdgeSearch {
-  double window = 1;  ///< pixels of the level from the model's edge at which one of the frame weighs 0.6 of one there
-};
-extern const EdgeSearch kCoarseEdgeSearch, kCloseEdgeSearch, kClosestEdgeSearch;
+/// How closely edges are looked for: pixels of the level from the model's edge at which one of the frame weighs 0.6 of
+/// one there.
+inline constexpr double kCoarseEdgeSearch = 3, kCloseEdgeSearch = 1.5, kClosestEdgeSearch = 1.2;
 
 /// The model's edges as a modality: creases and borders that are seen at a pose, the frame's edges along lines across
 /// them, and a row a line (equations 32 to 36 of docs/math.md). Keeps no pose: its lines are a cache of the frame at
@@ -44,8 +42,8 @@ class EdgeModality {
   /// What is known of how the edges look before any frame.
   EdgeMemory no_memory() const;
 
-  /// Rows and their normal equations at this pose on a level; `memory`: what edges look like.
-  EdgeTerms linearize(const Pose& T_camera_object, int level, const EdgeSearch& search, const EdgeMemory& memory);
+  /// Rows and their normal equations at this pose on a level, looked for so closely; `memory`: what edges look like.
+  EdgeTerms linearize(const Pose& T_camera_object, int level, double window, const EdgeMemory& memory);
 
   /// Share of the lines at a pose that see an edge which goes on along the model's, wherever it is on them: noise has
   /// few.

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "edges/visible_edges.hpp"
-#include "solve/conditioning.hpp"
 #include "solve/normal_equations.hpp"
 
 namespace holdfast {

@@ -14,12 +14,9 @@ struct DrawnDepth {
   Rect rect;
   DepthRange range;
 
-  bool holds(int x, int y) const {
-    return x >= rect.x && y >= rect.y && x < rect.x + rect.width && y < rect.y + rect.height;
-  }
   /// Window depth of a pixel of the picture; 1 outside of what was drawn.
   float at(int x, int y) const {
-    if (!holds(x, y)) return 1.0F;
+    if (x < rect.x || y < rect.y || x >= rect.x + rect.width || y >= rect.y + rect.height) return 1.0F;
     return depth[static_cast<std::ptrdiff_t>(y - rect.y) * rect.width + (x - rect.x)];
   }
 };

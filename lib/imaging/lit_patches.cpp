@@ -35,7 +35,7 @@ LitPatches::LitPatches(const Device::Impl& device, const std::vector<Level>& lev
   patches_.reserve(static_cast<std::size_t>(kMostPixels));
 }
 
-std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const OcclusionTest& samples, int level_index,
+std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const FlowConstraints& samples, int level_index,
                                            int every, const Photometry& photometry, const DrawnLight& drawn) {
   const Shading& shading = drawn.shading;
   patches_.clear();
@@ -73,7 +73,7 @@ std::span<const LitPatch> LitPatches::read(const ViewTemplate& view, const Occlu
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t column = 0; column < width; column += static_cast<std::size_t>(step)) {
       const std::size_t i = row * width + column;
-      if ((classes[i] & (HF_COUNTS_IN_VOTE - 1)) < HF_NO_GRADIENT) continue;
+      if (classes[i] < HF_NO_GRADIENT) continue;
       double texture = 0, frame = 0;
       for (std::size_t c = 0; c < HF_CHANNELS; ++c) {
         const auto in_view = static_cast<double>(view_value[c][i]), in_frame = static_cast<double>(frame_value[c][i]);

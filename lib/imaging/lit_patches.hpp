@@ -6,7 +6,7 @@
 
 #include "image/view_template.hpp"
 #include "imaging/shading.hpp"
-#include "texture/occlusion.hpp"
+#include "texture/flow_constraints.hpp"
 #include "texture/photometry.hpp"
 
 namespace holdfast {
@@ -25,7 +25,7 @@ class LitPatches {
 
   /// Of the view and the samples last made, on the level that both were made at, which is the finest drawn; `every` as
   /// the samples' rows. Some thousands of pixels of a large object. Waits for the device.
-  std::span<const LitPatch> read(const ViewTemplate& view, const OcclusionTest& samples, int level, int every,
+  std::span<const LitPatch> read(const ViewTemplate& view, const FlowConstraints& samples, int level, int every,
                                  const Photometry& photometry, const DrawnLight& drawn);
 
   /// Of the view last read: what share of its gradients, squared and summed, light makes or would make.

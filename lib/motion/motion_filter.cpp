@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/turns.hpp"
 #include "solve/covariance.hpp"
 #include "solve/normal_equations.hpp"
 
@@ -67,10 +68,8 @@ Pose MotionFilter::gone_on(double dt, bool changing) const {
     w += kGoesOnChanging * angular_change_;
   }
   const Eigen::Vector3d turn = dt * w;
-  Pose result = Pose::Identity();
-  result.linear() = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) * T_.linear();
-  result.translation() = T_ * extent_.p_object_center + dt * v - result.linear() * extent_.p_object_center;
-  return renormalized(result);
+  return renormalized(anchored(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()) * T_.linear(),
+                               extent_.p_object_center, T_ * extent_.p_object_center + dt * v));
 }
 
 MotionFilter::Matrix12 MotionFilter::propagated(double dt) const {

@@ -9,11 +9,6 @@ void Restlessness::MeanSquare::add(const Matrix6& square) {
   value += (square - value) / weight;
 }
 
-void Restlessness::clear() {
-  smooth_ = sudden_ = {kExpected * kExpected * Matrix6::Identity(), kExpectedFrames};
-  followed_ = 0;
-}
-
 void Restlessness::add(const Twist& conditioned_deviation) {
   if (followed_ > 0) smooth_.add(conditioned_deviation * conditioned_deviation.transpose());
   if (followed_ > 1) {

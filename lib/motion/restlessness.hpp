@@ -8,8 +8,6 @@ namespace holdfast {
 /// velocity; then the middle of the blurred picture is not where the object was in the middle of the exposure.
 class Restlessness {
  public:
-  Restlessness() { clear(); }
-  void clear();
   /// The object came to be so far from where constant velocity had put it.
   void add(const Twist& conditioned_deviation);
   /// It was lost meanwhile: the next deviation has none before it.
@@ -28,9 +26,10 @@ class Restlessness {
     double weight;
     void add(const Matrix6& square);
   };
-  MeanSquare smooth_, sudden_;  ///< of accelerations, and of what is not smooth in them, a frame
+  /// Of accelerations, and of what is not smooth in them, a frame.
+  MeanSquare smooth_{kExpected * kExpected * Matrix6::Identity(), kExpectedFrames}, sudden_ = smooth_;
   Twist last_ = Twist::Zero(), before_last_ = Twist::Zero();
-  int followed_;  ///< deviations in a row, up to 2
+  int followed_ = 0;  ///< deviations in a row, up to 2
 };
 
 }  // namespace holdfast

@@ -29,11 +29,7 @@ Eigen::Matrix3d Keyframes::to_axis(const Eigen::Vector3d& p_camera) {
 }
 
 Pose Keyframes::appearance(const Pose& T_camera_object) const {
-  Pose result = Pose::Identity();
-  const Eigen::Matrix3d turn = to_axis(T_camera_object * p_object_center_);
-  result.linear() = turn * T_camera_object.linear();
-  result.translation() = turn * T_camera_object.translation();
-  return renormalized(result);
+  return renormalized(Pose(to_axis(T_camera_object * p_object_center_)) * T_camera_object);
 }
 
 void Keyframes::remember(const Pose& T_camera_object) {
@@ -68,10 +64,7 @@ void Keyframes::plan(const Pose& T_camera_object_last) {
   planned_.clear();
   next_ = 0;
   const auto add = [&](const Eigen::Matrix3d& R_camera_object) {
-    Pose pose = Pose::Identity();
-    pose.linear() = R_camera_object;
-    pose.translation() = p_center - R_camera_object * p_object_center_;
-    planned_.push_back(pose);
+    planned_.push_back(anchored(R_camera_object, p_object_center_, p_center));
   };
   for (const Eigen::Vector3d& turn : turns_) {
     add(Eigen::AngleAxisd(turn.norm(), turn.normalized()) * last.linear());

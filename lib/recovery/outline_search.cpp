@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "base/turns.hpp"
+#include "contour/contour_points.hpp"
+#include "edges/visible_edges.hpp"
 
 namespace holdfast {
 namespace {
@@ -19,7 +21,9 @@ constexpr double kLeastRadius = 12;
 constexpr double kSwing = 0.3, kTwist = 0.22, kRememberedTwist = 0.44;
 /// How near or far it may have gone meanwhile.
 constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
+/// Points of a view, evenly taken, and pixels beside the contour's that are looked at.
 constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
+constexpr int kReach = 2;
 /// Nominal milliseconds of reading a frame and of a template, and templates that are compared with a frame anyhow.
 constexpr double kFrameMs = 6, kTemplateMs = 0.045;
 constexpr std::size_t kLeastTemplates = 100;
@@ -78,10 +82,7 @@ void OutlineSearch::plan(const Pose& T_last) {
   const Eigen::Vector3d p_center(0, 0, p_last.norm());
   constexpr double kMostTurn = Keyframes::kMostTurn;
   const auto on_axis = [&](const Eigen::Matrix3d& R_camera_object) {
-    Pose T = Pose::Identity();
-    T.linear() = R_camera_object;
-    T.translation() = p_center - R_camera_object * extent_.p_object_center;
-    return T;
+    return anchored(R_camera_object, extent_.p_object_center, p_center);
   };
   const Eigen::Matrix3d R_last = Keyframes::to_axis(p_last) * T_last.linear();
   const int reach = static_cast<int>(kMostTurn / kSwing) + 1;
@@ -105,8 +106,25 @@ void OutlineSearch::plan(const Pose& T_last) {
 void OutlineSearch::draw(View& view) {
   view.drawn = true;
   if (!shape_.draw(view.T_camera_object, level_, 0)) return;
-  view.points = outline_points(shape_, samples_, levels_[static_cast<std::size_t>(level_)].camera,
-                               view.T_camera_object * extent_.p_object_center, extent_.radius, kMostPoints);
+  const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
+  const Eigen::Vector2f center = camera.project(view.T_camera_object * extent_.p_object_center).cast<float>();
+  std::vector<OutlinePoint> points;
+  std::vector<ContourPoint> contour;
+  ContourScan scan;
+  contour_points(shape_.drawn(), camera, kMostPoints, kReach, scan, contour);
+  for (const ContourPoint& point : contour) {
+    const Eigen::Vector2f at = camera.project(point.p_camera.cast<double>()).cast<float>() - center;
+    points.push_back({at.x(), at.y(), std::atan2(point.normal.y(), point.normal.x()), true, point.p_camera});
+  }
+  std::vector<VisibleEdge> edges;
+  visible_edges(samples_, shape_.T_drawn(), camera, shape_.drawn(), kBehind * extent_.radius, kMostPoints, edges);
+  for (const VisibleEdge& edge : edges) {
+    if (edge.outward != 0) continue;  // the contour has it
+    const Eigen::Vector2f at = edge.pixel.cast<float>() - center, normal = edge.normal.cast<float>();
+    points.push_back({at.x(), at.y(), std::atan2(normal.y(), normal.x()), false, edge.p_camera.cast<float>()});
+  }
+  const std::size_t count = std::min(points.size(), kMostPoints);
+  for (std::size_t i = 0; i < count; ++i) view.points.push_back(points[i * points.size() / count]);
 }
 
 void OutlineSearch::read_frame(const ColorHistograms& colors) {
@@ -177,9 +195,7 @@ Pose OutlineSearch::pose_at(const Peak& peak) const {
   const Eigen::Vector3d ray((peak.place.x() - camera.cx) / camera.fx, (peak.place.y() - camera.cy) / camera.fy, 1);
   const Eigen::Matrix3d R = Keyframes::to_axis(ray).transpose() *
                             Eigen::AngleAxisd(peak.shown.twist, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  T.linear() = R * T.linear();
-  T.translation() = R * T.translation();
-  return renormalized(T);
+  return renormalized(Pose(R) * T);
 }
 
 double OutlineSearch::agreement(const View& view, const Pose& T_camera_object) const {

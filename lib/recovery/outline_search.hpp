@@ -10,10 +10,17 @@
 #include "image/device_image.hpp"
 #include "recovery/direction_responses.hpp"
 #include "recovery/keyframes.hpp"
-#include "recovery/outline_template.hpp"
 #include "recovery/relocalizer.hpp"
 
 namespace holdfast {
+
+/// A point of an outline: pixels from the projection of the object's centre, and the direction of its normal, radians.
+struct OutlinePoint {
+  float x = 0, y = 0;
+  float normal = 0;      ///< of a contour out of the object
+  bool contour = false;  ///< else an edge within it
+  Eigen::Vector3f p_camera = Eigen::Vector3f::Zero();
+};
 
 /// Looks for a lost object by its outline over the whole picture: contours and edges of views around those that it was
 /// held in, shifted over the frame's gradients and the colours that belong to the object (equation 38 of docs/math.md).

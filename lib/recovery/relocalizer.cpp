@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/turns.hpp"
 #include "recovery/mirrored_tilt.hpp"
 
 namespace holdfast {
@@ -54,10 +55,8 @@ Pose shifted(const Pose& T_camera_object, const Eigen::Vector3d& p_object_center
 }
 
 Pose turned_about_center(const Pose& T_camera_object, const Extent& extent, const Eigen::Vector3d& axis, double angle) {
-  Pose result = Pose::Identity();
-  result.linear() = Eigen::AngleAxisd(angle, axis) * T_camera_object.linear();
-  result.translation() = T_camera_object * extent.p_object_center - result.linear() * extent.p_object_center;
-  return renormalized(result);
+  return renormalized(anchored(Eigen::AngleAxisd(angle, axis) * T_camera_object.linear(), extent.p_object_center,
+                               T_camera_object * extent.p_object_center));
 }
 
 Relocalizer::Relocalizer(const std::vector<Level>& levels, const Extent& extent, ShiftSearch& search,

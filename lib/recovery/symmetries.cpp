@@ -3,6 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "base/turns.hpp"
+
 namespace holdfast {
 namespace {
 
@@ -26,10 +28,8 @@ std::vector<Pose> possible_symmetries(const Mesh& mesh) {
   std::vector<Pose> turns;
   for (int axis = 0; axis < 3; ++axis) {
     for (int quarters = 1; quarters <= 3; ++quarters) {
-      Pose turn = Pose::Identity();
-      turn.linear() = Eigen::AngleAxisd(quarters * kQuarter, axes.col(axis)).toRotationMatrix();
-      turn.translation() = center - turn.linear() * center;
-      turns.push_back(turn);
+      const Eigen::AngleAxisd turn(quarters * kQuarter, axes.col(axis));
+      turns.push_back(anchored(turn.toRotationMatrix(), center, center));
     }
   }
   return turns;

@@ -4,9 +4,8 @@
 
 #include "render/drawn_levels.hpp"
 #include "render/enlarged_texture.hpp"
-#include "render/light_levels.hpp"
+#include "render/mip_levels.hpp"
 #include "render/renderer_error.hpp"
-#include "render/texture_levels.hpp"
 
 namespace holdfast {
 

@@ -1,16 +1,15 @@
 #include "solve/normal_equations.hpp"
 
+#include "base/turns.hpp"
+
 namespace holdfast {
 
 Pose perturbed(const Pose& T_camera_object, const Twist& y, const Extent& extent) {
   Twist xi = y;
   xi.head<3>() *= extent.radius;
   const Pose motion = exp_se3(xi);
-  Pose result = Pose::Identity();
-  result.linear() = T_camera_object.linear() * motion.linear();
-  result.translation() =
-      T_camera_object * (extent.p_object_center + motion.translation()) - result.linear() * extent.p_object_center;
-  return renormalized(result);
+  return renormalized(anchored(T_camera_object.linear() * motion.linear(), extent.p_object_center,
+                               T_camera_object * (extent.p_object_center + motion.translation())));
 }
 
 Twist perturbation_between(const Pose& T_from, const Pose& T_to, const Extent& extent) {

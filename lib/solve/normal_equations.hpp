@@ -17,6 +17,13 @@ Twist perturbation_between(const Pose& T_from, const Pose& T_to, const Extent& e
 /// object's origin.
 Matrix6 twist_of_perturbation(const Extent& extent);
 
+/// The change of variables that kernels sum up with: translation in units of `radius`, rotation about
+/// `p_camera_center`, camera axes (equation 11 of docs/math.md).
+struct Conditioning {
+  Eigen::Vector3d p_camera_center = Eigen::Vector3d::Zero();
+  double radius = 1;
+};
+
 /// A y = h: the Gauss-Newton step of one modality, or of several added up. In information units: A is the inverse of a
 /// covariance.
 struct NormalEquations {

@@ -3,7 +3,7 @@
 #include <span>
 
 #include "holdfast/camera.hpp"
-#include "solve/conditioning.hpp"
+#include "solve/normal_equations.hpp"
 #include "texture/flow_constraints.hpp"
 
 namespace holdfast {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "holdfast/pose.hpp"
-#include "solve/conditioning.hpp"
+#include "solve/normal_equations.hpp"
 #include "texture/flow_constraints.hpp"
 
 namespace holdfast {

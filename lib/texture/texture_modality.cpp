@@ -41,7 +41,6 @@ TextureModality::TextureModality(const Device::Impl& device, const std::vector<L
     : levels_(levels),
       extent_(extent),
       tuning_(tuning),
-      occlusion_(device, levels),
       constraints_(device, levels),
       photometry_(device, levels, tuning.photometric) {
   tiles_.reserve(static_cast<std::size_t>(levels[0].tiles_x()) * static_cast<std::size_t>(levels[0].tiles_y()));
@@ -87,24 +86,17 @@ kernel::hf_constraints TextureModality::constraint_options(const TextureRequest&
   return k;
 }
 
-void TextureModality::enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
-                              const TextureRequest& request, const TextureState& state) {
-  const Conditioning conditioning = this->conditioning(view);
-  photometry_.enqueue_upload(request.level, view.planes(request.level).tiles);
-  auto warp = make_warp(levels_[static_cast<std::size_t>(request.level)].camera, D, conditioning.p_camera_center,
-                        image.valid(request.level));
-  warp.every = request.row_stride;
-  occlusion_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)),
-                     photometry_.buffer(request.level));
-  last_ = constraint_options(request, conditioning, state);
-  constraints_.enqueue(view, occlusion_, request.level, last_, photometry_.buffer(request.level));
-}
-
 TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
                                         const TextureRequest& request, TextureState& state) {
   const auto l = static_cast<std::size_t>(request.level);
   grey_ = image.grey();
-  enqueue(view, image, D, request, state);
+  const Conditioning conditioning = this->conditioning(view);
+  photometry_.enqueue_upload(request.level, view.planes(request.level).tiles);
+  auto warp = make_warp(levels_[l].camera, D, conditioning.p_camera_center, image.valid(request.level));
+  warp.every = request.row_stride;
+  last_ = constraint_options(request, conditioning, state);
+  constraints_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)), last_,
+                       photometry_.buffer(request.level));
   TextureTerms terms;
   terms.row_stride = request.row_stride;
   ConstraintSums& sums = terms.sums;

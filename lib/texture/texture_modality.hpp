@@ -9,7 +9,6 @@
 #include "solve/normal_equations.hpp"
 #include "texture/flow_constraints.hpp"
 #include "texture/noise_information.hpp"
-#include "texture/occlusion.hpp"
 #include "texture/photometry.hpp"
 #include "texture/score_covariance.hpp"
 
@@ -75,20 +74,13 @@ class TextureModality {
   Matrix6 covariance(const ViewTemplate& view, const TextureTerms& terms, const Twist& last_step_camera,
                      const Matrix6& others);
 
-  /// Enqueues the tests of every pixel again, for a picture of their classes.
-  void decide_all_pixels(const ViewTemplate& view, const DeviceImage& image, const Pose& D, int level, int finest,
-                         const TextureState& state) {
-    enqueue(view, image, D, {level, finest, 1, false, false}, state);
-  }
-  const cl::Buffer& classes(int level) const { return constraints_.classes(level); }
-  const OcclusionTest& samples() const { return occlusion_; }
+  /// Samples and classes of what was linearized last.
+  const FlowConstraints& constraints() const { return constraints_; }
   Photometry& photometry() { return photometry_; }
 
  private:
   double rows_per_observation() const;
   void set_equations(const ViewTemplate& view, TextureTerms& terms) const;
-  void enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D, const TextureRequest& request,
-               const TextureState& state);
   kernel::hf_constraints constraint_options(const TextureRequest& request, const Conditioning& conditioning,
                                             const TextureState& state) const;
   OcclusionOptions tests_of(const TextureRequest& request) const;
@@ -99,7 +91,6 @@ class TextureModality {
   const std::vector<Level>& levels_;
   Extent extent_;
   Tuning tuning_;
-  OcclusionTest occlusion_;
   FlowConstraints constraints_;
   Photometry photometry_;
   kernel::hf_constraints last_{};

@@ -33,7 +33,7 @@ struct AlignmentPlan {
 /// How closely contour and edges are searched.
 struct OutlineCloseness {
   const ContourSearch& contour;
-  const EdgeSearch& edges;
+  double edges;
 };
 
 /// One Gauss-Newton loop, coarse to fine: linearizes every modality at the pose, adds their normal equations to those

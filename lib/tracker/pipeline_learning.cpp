@@ -238,8 +238,9 @@ void Pipeline::learn_light(const Alignment& alignment, TrackingState& state) {
   Photometry& photometry = aligner_.texture().photometry();
   photometry.set_object_pair(imaging.texture.light);
   const DrawnLight before{imaging.shading, imaging.lit};
-  const std::span<const LitPatch> patches = lit_patches_.read(
-      view_, aligner_.texture().samples(), state.finest, std::max(1, alignment.texture.row_stride), photometry, before);
+  const std::span<const LitPatch> patches =
+      lit_patches_.read(view_, aligner_.texture().constraints(), state.finest,
+                        std::max(1, alignment.texture.row_stride), photometry, before);
   imaging.shading.learn(patches);
   imaging.lit = faceted_ || (imaging.shading.direction().norm() > kLeastDirection &&
                              lit_patches_.light_share() < kMostLight * (before.lit ? 1 : kAgain));

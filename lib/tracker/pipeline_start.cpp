@@ -89,11 +89,12 @@ PixelMask Pipeline::pixel_mask() {
   if (!aligner_.draw(last_.T_camera_object, finest, 1, state_, last_.imaging)) return mask;
   aligner_.texture().photometry().set_object_pair(last_.imaging.texture.light);
   aligner_.texture().start_level(view_, finest);
-  aligner_.texture().decide_all_pixels(view_, image_, Pose::Identity(), finest, finest, last_.imaging.texture);
+  TextureState scratch = last_.imaging.texture;
+  aligner_.texture().linearize(view_, image_, Pose::Identity(), {finest, finest, 1, false, false}, scratch);
   const Level& level = levels_[static_cast<std::size_t>(finest)];
   const kernel::hf_rect& tiles = view_.planes(finest).tiles;
   std::vector<std::uint8_t> classes(level.elements);
-  device_.impl().queue.enqueueReadBuffer(aligner_.texture().classes(finest), CL_TRUE, 0, classes.size(),
+  device_.impl().queue.enqueueReadBuffer(aligner_.texture().constraints().classes(finest), CL_TRUE, 0, classes.size(),
                                          classes.data());
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {

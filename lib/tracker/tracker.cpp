@@ -60,31 +60,29 @@ struct Tracker::Impl {
     return with_frame(frame, [&](const UploadFrame& upload) { return pipeline.track(upload, time_s); });
   }
 
-  void check_start(const Pose& T_camera_object);
+  void check_start(const Pose& T_camera_object) {
+    validate_pose(T_camera_object);
+    const Eigen::Vector3d p_camera = T_camera_object * pipeline.extent().p_object_center;
+    if (p_camera.z() <= 0) {
+      throw Error(ErrorCode::pose,
+                  "the pose puts the object behind the camera (z = " + std::to_string(p_camera.z()) +
+                      " m); a pose maps the object's points to the camera's axes, z forward: is it camera to object "
+                      "(invert it), or in OpenGL's axes (negate its second and third row)?");
+    }
+    if (pipeline.view().bounds(T_camera_object).empty()) {
+      const Camera& camera = pipeline.image().camera();
+      throw Error(ErrorCode::pose,
+                  "the pose puts the object out of the picture of " + std::to_string(camera.width) + "x" +
+                      std::to_string(camera.height) +
+                      " pixels; check the camera's focal length and centre, and the pose's unit (metres) and axes (x "
+                      "right, y down, z forward)");
+    }
+  }
 
   TrackerOptions options;
   Device device;
   Pipeline pipeline;
 };
-
-void Tracker::Impl::check_start(const Pose& T_camera_object) {
-  validate_pose(T_camera_object);
-  const Eigen::Vector3d p_camera = T_camera_object * pipeline.extent().p_object_center;
-  if (p_camera.z() <= 0) {
-    throw Error(ErrorCode::pose,
-                "the pose puts the object behind the camera (z = " + std::to_string(p_camera.z()) +
-                    " m); a pose maps the object's points to the camera's axes, z forward: is it camera to object "
-                    "(invert it), or in OpenGL's axes (negate its second and third row)?");
-  }
-  if (pipeline.view().bounds(T_camera_object).empty()) {
-    const Camera& camera = pipeline.image().camera();
-    throw Error(ErrorCode::pose,
-                "the pose puts the object out of the picture of " + std::to_string(camera.width) + "x" +
-                    std::to_string(camera.height) +
-                    " pixels; check the camera's focal length and centre, and the pose's unit (metres) and axes (x "
-                    "right, y down, z forward)");
-  }
-}
 
 Tracker::Tracker(const Mesh& mesh, const Camera& camera, const TrackerOptions& options, const Device& device)
     : impl_(with_device_errors("preparing the tracker",
@@ -102,10 +100,8 @@ void Tracker::reset(const Pose& T_camera_object) {
 void Tracker::reset(const Pose& T_camera_object, const ImageView& frame, std::optional<double> time_s) {
   impl_->check_start(T_camera_object);
   with_device_errors("starting at a pose", [&] {
-    impl_->with_frame(frame, [&](const UploadFrame& upload) {
-      impl_->pipeline.reset(T_camera_object, upload, time_s);
-      return 0;
-    });
+    impl_->with_frame(frame,
+                      [&](const UploadFrame& upload) { impl_->pipeline.reset(T_camera_object, upload, time_s); });
   });
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "holdfast/pose.hpp"
-#include "solve/conditioning.hpp"
+#include "solve/normal_equations.hpp"
 
 namespace holdfast::test {
 

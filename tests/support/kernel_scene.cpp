@@ -3,7 +3,7 @@
 #include <random>
 
 #include "holdfast/pose.hpp"
-#include "texture/occlusion.hpp"
+#include "texture/flow_constraints.hpp"
 
 namespace holdfast::test {
 
