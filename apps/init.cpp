@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -45,6 +46,8 @@ using namespace app;
 constexpr double kOffModel = 0.1;
 /// The same of points that are nowhere on its surface.
 constexpr double kOffSurface = 0.03;
+/// Times that only another unit makes points spread wider than the model, or the model than them.
+constexpr double kOtherUnit = 20;
 
 struct InitCommand {
   ModelArguments model;
@@ -183,6 +186,24 @@ std::optional<Camera> InitCommand::known_camera(const cv::Mat& frame) const {
   return frame.empty() ? camera.load() : camera.load(frame.cols, frame.rows);
 }
 
+/// Largest side of the box around some points.
+template <typename Points, typename At>
+double extent_of(const Points& points, const At& at) {
+  Eigen::AlignedBox3d box;
+  for (const auto& point : points) box.extend(Eigen::Vector3d(at(point)));
+  return box.sizes().maxCoeff();
+}
+
+/// Points that spread over far less, or more, than the model are in another unit.
+std::optional<std::string> other_unit(const Mesh& mesh, const std::vector<PointPair>& pairs) {
+  const double points = extent_of(pairs, [](const PointPair& pair) { return pair.p_object; });
+  const double model = extent_of(mesh.positions, [](const Eigen::Vector3f& p) { return p.cast<double>(); });
+  if (points > model / kOtherUnit && points < model * kOtherUnit) return std::nullopt;
+  return fmt::format(
+      "the points spread over {:.3g} m and the model over {:.3g} m: give the points in the unit of the model's file",
+      points, model);
+}
+
 /// Points elsewhere than the model's surface are in another unit or frame, such as one with another axis up, though a
 /// pose may bring them to their pixels all the same.
 void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs, const std::vector<double>& off) {
@@ -203,8 +224,7 @@ void warn_when_off_model(const Mesh& mesh, const std::vector<PointPair>& pairs, 
   if (count > 0) {
     print_warning(fmt::format(
         "{} of {} points do not lie on the model, that of {} is {:.3g} mm off its surface: were they measured in a "
-        "file "
-        "with other axes (y up instead of z) or another origin? 'holdfast show' draws the model as it is read",
+        "file with other axes (y up instead of z) or another origin? 'holdfast show' draws the model as it is read",
         count, off.size(), pairs[static_cast<std::size_t>(farthest - off.begin())].name, *farthest * 1e3));
   }
 }
@@ -301,11 +321,13 @@ void InitCommand::run() const {
     warn_if(io::camera_warning(*known));
   }
   if (outcome.mesh) {
-    warn_about_units(*outcome.mesh, outcome.from_points.T_camera_object, outcome.from_points.camera);
+    const std::optional<std::string> unit = other_unit(*outcome.mesh, outcome.given);
+    warn_if(unit);
+    if (!unit) warn_about_units(*outcome.mesh, outcome.from_points.T_camera_object, outcome.from_points.camera);
     for (const PointPair& pair : outcome.given) {
       outcome.off_surface.push_back(distance_to_surface(*outcome.mesh, pair.p_object));
     }
-    warn_when_off_model(*outcome.mesh, outcome.given, outcome.off_surface);
+    if (!unit) warn_when_off_model(*outcome.mesh, outcome.given, outcome.off_surface);
   }
   refine(outcome);
   write(outcome);

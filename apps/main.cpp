@@ -13,6 +13,7 @@
 #include <memory>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -77,6 +78,23 @@ std::string did_you_mean(const std::string& given, const std::vector<std::string
 }
 
 /// An option that does not exist comes first, with the one that was meant: what CLI11 misses may be just that.
+/// CLI11's words for a value that is missing, or is no number, as one would say them.
+std::string plain_words(const std::string& words) {
+  std::smatch parts;
+  if (std::regex_match(words, parts, std::regex("Could not convert: (\\S+) = (.*)"))) {
+    const std::string value = parts[2];
+    char* end = nullptr;
+    std::strtod(value.c_str(), &end);
+    const bool number = !value.empty() && *end == '\0';
+    return fmt::format("{} takes a {}number, not '{}'", parts[1].str(), number ? "whole " : "", value);
+  }
+  if (std::regex_match(words, parts, std::regex("(\\S+): (\\d+) required (\\S+) missing"))) {
+    return fmt::format("{} needs {}: {}", parts[1].str(), parts[2] == "1" ? "a value" : parts[2].str() + " more values",
+                       parts[3].str());
+  }
+  return words;
+}
+
 std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
   const std::vector<std::string> remaining = command.remaining();
   const auto unknown = std::find_if(remaining.begin(), remaining.end(),
@@ -85,7 +103,7 @@ std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
   const bool follows =
       code == static_cast<int>(CLI::ExitCodes::ExtrasError) || code == static_cast<int>(CLI::ExitCodes::RequiredError);
   if (!follows || unknown == remaining.end()) {
-    if (code != static_cast<int>(CLI::ExitCodes::ExtrasError) || remaining.empty()) return error.what();
+    if (code != static_cast<int>(CLI::ExitCodes::ExtrasError) || remaining.empty()) return plain_words(error.what());
     return fmt::format(
         "'{}' is one argument too many: a pattern of images needs quotes, 'frames/*.png', and a name "
         "with blanks too",

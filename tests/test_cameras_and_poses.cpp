@@ -309,11 +309,14 @@ TEST_CASE("Poses of six numbers: OpenCV's rvec and tvec, ViSP's the other way ro
   expected.translation() << 0.1, -0.2, 0.7;
   for (const char* text : {"0 0 1.5707963267949 0.1 -0.2 0.7\n", "[0, 0, 1.5707963267949]\n[0.1, -0.2, 0.7]\n",
                            "0.1\n-0.2\n0.7\n0\n0\n1.5707963267949\n",  // vpPoseVector, a number a line
-                           "0 0 1.5707963267949 0.1 -0.2 0.7\n0 0 0 0 0 1\n0 0 0 0 0 2\n"}) {
+                           "0 0 1.5707963267949 0.1 -0.2 0.7\n0 0 0 0 0 1\n0 0 0 0 0 2\n",
+                           "rvec: [0, 0, 1.5707963267949]\ntvec: [1e-1, -0.2, 0.7]\n",
+                           R"({"tvec": [[0.1], [-0.2], [0.7]], "rvec": [[0], [0], [1.5707963267949]]})"}) {
     CAPTURE(text);
     CHECK((load(text).matrix() - expected.matrix()).norm() < 1e-9);
   }
   CHECK(load("0 0 0 0.1 0.2 0.3").linear().isIdentity());
+  CHECK_ERROR(load("rvec: [0, 0]\ntvec: [0.1, -0.2, 0.7]\n"), ErrorCode::pose, "p.txt", "'rvec:' is not a number");
   CHECK_ERROR(load("0 0 90 0.1 -0.2 0.7"), ErrorCode::pose, "p.txt", "rotation vector", "degrees");
   const std::vector<Pose> poses = io::load_poses(folder.write("all.txt", "0 0 0 0 0 1\n0 0 0 0 0 2\n"));
   REQUIRE(poses.size() == 2);

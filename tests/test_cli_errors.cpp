@@ -139,7 +139,9 @@ TEST_CASE("Wrong options") {
   check_fails(kUsage, track({{"frames2", ""}}), {"'frames2' is one argument too many", "quotes"});
   check_fails(kUsage, {"track", "frames"}, {"--model", "required", "track --help"});
   check_fails(kUsage, {"track", "frames", "--modle", "box.obj"}, {"no option '--modle'", "did you mean '--model'?"});
-  check_fails(kUsage, track({{"--levels", "many"}}), {"--levels", "many"});
+  check_fails(kUsage, track({{"--levels", "many"}}), {"--levels takes a number, not 'many'"});
+  check_fails(kUsage, track({{"--stop", "2.5"}}), {"--stop takes a whole number, not '2.5'"});
+  check_fails(kUsage, {"track", "frames", "--model"}, {"--model needs a value: FILE"});
   check_fails(kUsage, track({{"--mode", "quick"}}), {"--mode", "quick", "default|fast|paper"});
   check_fails(kUsage, track({{"--search-radius", "-1"}}), {"--search-radius", "[0, 512]"});
   check_fails(kUsage, track({{"--no-such-option", "1"}}), {"no option '--no-such-option' (see", "track --help"});

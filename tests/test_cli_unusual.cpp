@@ -1,6 +1,7 @@
 // What people hand to the program that is not quite what it was made for: other kinds of pictures give the same poses,
 // and what cannot work is said in a line that names the cause.
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <filesystem>
 #include <functional>
@@ -240,16 +241,18 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
     check_fails(kUsage, arguments, {"no effect", "texture"});
   }
   const Pose first = io::load_pose(inputs().folder() / "first.txt");
-  std::string on, off;  // the corners as they are, and with another axis up
+  std::string on, off, millimetres;  // the corners as they are, with another axis up, in another unit
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d p(i & 1 ? 0.1 : -0.1, i & 2 ? 0.075 : -0.075, i & 4 ? 0.04 : -0.04);
     const Eigen::Vector2d pixel = kSmallCamera.project(first * p);
     const std::string seen = "," + std::to_string(pixel.x()) + "," + std::to_string(pixel.y()) + "\n";
     on += std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + seen;
     off += std::to_string(p.x()) + "," + std::to_string(-p.z()) + "," + std::to_string(p.y()) + seen;
+    millimetres += fmt::format("{},{},{}{}", 1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z(), seen);
   }
   write("on.csv", on);
   write("off.csv", off);
+  write("millimetres.csv", millimetres);
   const auto init = [](const char* points) {
     return inputs().run({"init", "--points", points, "--model", "box.obj", "--camera", "camera.yml"});
   };
@@ -257,6 +260,9 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
   const ProgramRun beside = init("off.csv");
   CHECK(beside.exit_code == kOk);
   CHECK(beside.err.find("do not lie on the model") != std::string::npos);
+  const std::string other_unit = init("millimetres.csv").err;
+  CHECK(other_unit.find("the points spread over 200 m and the model over 0.2 m") != std::string::npos);
+  CHECK(other_unit.find("--model-scale") == std::string::npos);
 }
 
 TEST_CASE("An overlay that a kill cuts off can be played as far as it goes") {

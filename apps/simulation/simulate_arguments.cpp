@@ -95,7 +95,10 @@ void add_motion_options(CLI::App& command, SimulateArguments& a) {
       ->type_name("N")
       ->capture_default_str()
       ->group(group);
-  command.add_option("--distance", a.distance, "Nearest and farthest distance, metres [so that it fits the frame]")
+  command
+      .add_option(
+          "--distance", a.distance,
+          "Nearest and farthest distance, metres; short sequences keep between them [so that it fits the frame]")
       ->expected(2)
       ->delimiter(',')
       ->type_name("NEAR,FAR")

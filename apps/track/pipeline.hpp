@@ -21,7 +21,7 @@ struct PipelineParts {
 struct PipelineReport {
   std::int64_t frames = 0;  ///< written
   bool interrupted = false;
-  std::exception_ptr failure;  ///< what ended the run before its time
+  std::exception_ptr failure;  ///< what ended the run early
   double wall_s = 0;
   double read_s = 0;  ///< busy, not waiting
   double track_s = 0;

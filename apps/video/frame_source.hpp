@@ -53,7 +53,7 @@ class FrameSource {
   bool live() const;
   /// What is odd about the first frame, in one sentence, if anything is.
   std::optional<std::string> doubt() const;
-  /// After next() returned false: why the input ended before its time, in one sentence.
+  /// After next() returned false: why the input ended early, in one sentence.
   std::optional<std::string> ended_early() const;
 
  private:

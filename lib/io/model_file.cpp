@@ -245,8 +245,9 @@ class NotedFiles : public Assimp::IOSystem {
 Mesh load_with_assimp(const fs::path& path, double scale) {
   Assimp::Importer importer;
   if (!path.has_extension() || !importer.IsExtensionSupported(path.extension().string())) {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY or glTF", path.string()));
+    throw Error(
+        ErrorCode::file,
+        fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY, STL, OFF or glTF", path.string()));
   }
   const aiScene* scene = nullptr;
   std::string reason = "it is damaged";

@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -79,10 +82,31 @@ Pose pose_from_opencv(const std::vector<double>& v, const fs::path& path, int li
   return pose_from_vectors({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, path, line);
 }
 
+/// The three numbers in brackets after a name.
+std::optional<std::vector<double>> named_vector(const std::string& text, const char* name) {
+  const std::size_t at = text.find(name);
+  const std::size_t begin = at == std::string::npos ? at : text.find_first_of("[(", at);
+  if (begin == std::string::npos) return std::nullopt;
+  const std::size_t end = text.find_first_of("rtRT\"'}", begin);  // where the next name begins
+  const auto lines = parse_numbers(text.substr(begin, end == std::string::npos ? end : end - begin));
+  std::vector<double> values;
+  if (lines) {
+    for (const NumberLine& line : *lines) values.insert(values.end(), line.values.begin(), line.values.end());
+  }
+  return values.size() == 3 ? std::optional(values) : std::nullopt;
+}
+
 std::vector<NumberLine> read_lines(const fs::path& path) {
   int bad_line = 0;
   std::string bad_word;
-  const auto lines = parse_numbers(read_plain_text_file(path, "pose file"), &bad_line, &bad_word);
+  const std::string text = read_plain_text_file(path, "pose file");
+  const auto lines = parse_numbers(text, &bad_line, &bad_word);
+  const auto rotation = named_vector(text, "rvec"), translation = named_vector(text, "tvec");
+  if (!lines && rotation && translation) {
+    NumberLine both{1, *rotation};
+    both.values.insert(both.values.end(), translation->begin(), translation->end());
+    return {both};
+  }
   if (!lines) {
     fail(path, bad_line,
          fmt::format("'{}' is not a number (expected: a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec)",

@@ -164,6 +164,8 @@ def test_cameras(tmp_path):
         holdfast.Camera.load(tmp_path / "K.txt")
     with pytest.raises(ValueError, match="distortion"):
         holdfast.Camera(500, 500, 320, 240, 640, 480, np.arange(1, 15))
+    with pytest.raises(ValueError, match="distortion: 3 coefficients.*4, 5 or 8"):
+        holdfast.Camera(500, 500, 320, 240, 640, 480, [0.1, 0.2, 0.3])
     with pytest.raises(ValueError, match=r"matrix.*\(3, 3\).*\(2, 2\)"):
         holdfast.Camera.from_matrix(np.eye(2), 640, 480)
     with pytest.raises(ValueError, match="matrix.*transposed"):
@@ -238,6 +240,13 @@ def test_models_and_cameras_of_no_known_kind(box, camera):
         holdfast.Tracker(3, camera)
     with pytest.raises(TypeError, match="camera.*tuple"):
         holdfast.Tracker(box, (500, 500))
+
+
+def test_a_dict_of_a_mesh_has_known_names(camera):
+    with pytest.raises(TypeError, match="'verts' is not known.*vertices and faces"):
+        holdfast.Tracker({"verts": np.eye(3), "faces": [[0, 1, 2]]}, camera)
+    with pytest.raises(TypeError, match="'faces' is missing"):
+        holdfast.Tracker({"vertices": np.eye(3)}, camera)
 
 
 def test_a_principal_point_far_from_the_middle_is_warned_of(box, device):

@@ -34,6 +34,11 @@ def as_mesh(model: Any, scale: float = 1.0) -> Mesh:
             "model: expected a Mesh, a file name, arrays (vertices, faces, uv, image) or a trimesh object, got "
             f"{type(model).__name__}"
         )
+    unknown = sorted(set(arrays) - {"vertices", "faces", "uv", "image", "colors"})
+    missing = [name for name in ("vertices", "faces") if name not in arrays]
+    if unknown or missing:
+        what = f"'{unknown[0]}' is not known" if unknown else f"'{missing[0]}' is missing"
+        raise TypeError(f"model: {what}; a dict has vertices and faces, and may have uv, image and colors")
     arrays["vertices"] = np.asarray(arrays["vertices"], np.float64) * scale
     return Mesh(**arrays)
 

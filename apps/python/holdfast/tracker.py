@@ -48,7 +48,7 @@ class TrackerOptions(TypedDict, total=False):
 class Tracker(_core.Tracker):
     """Follows one object through the frames of one camera.
 
-    Several trackers may run in several threads, and threads may share one: their calls wait for each other.
+    Several trackers may run in several threads. Threads may share a tracker: its calls run one after the other.
     """
 
     def __init__(

@@ -5,6 +5,7 @@
 #include <nanobind/stl/optional.h>
 
 #include <algorithm>
+#include <array>
 #include <new>
 #include <optional>
 #include <sstream>
@@ -27,6 +28,12 @@ Distortion distortion_argument(nb::handle value) {
   if (value.is_none()) return distortion;
   const nb::object flat = nb::module_::import_("numpy").attr("reshape")(value, nb::make_tuple(1, -1));
   const std::vector<double> given = numbers_argument(flat, "distortion", 1, -1);
+  constexpr std::array<std::size_t, 6> counts{0, 4, 5, 8, 12, 14};
+  if (std::ranges::find(counts, given.size()) == counts.end()) {
+    throw nb::value_error(("distortion: " + std::to_string(given.size()) +
+                           " coefficients; OpenCV's are 4, 5 or 8: k1 k2 p1 p2 [k3 [k4 k5 k6]]")
+                              .c_str());
+  }
   const bool surplus =
       std::any_of(given.begin() + static_cast<std::ptrdiff_t>(std::min(given.size(), distortion.size())), given.end(),
                   [](double coefficient) { return coefficient != 0; });

@@ -10,7 +10,7 @@
 
 namespace holdfast::python {
 
-/// A tracker that threads may share: calls wait for each other while the interpreter's lock is released.
+/// A tracker that threads may share: calls run one after the other, without the interpreter's lock.
 struct SharedTracker {
   Tracker tracker;
   const Mesh& mesh;  ///< Python keeps it as long as the tracker

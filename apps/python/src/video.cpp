@@ -75,7 +75,7 @@ void bind_video(nb::module_& module) {
       module, "Video",
       "Iterates over the frames of a video file, an image folder, an image pattern "
       "('frames/%06d.png', 'frames/*.png') or a camera's number, once: a second loop needs another Video. Warns where "
-      "the input ends before its time.")
+      "the input ends early.")
       .def(
           "__init__", &open, nb::arg("input"), nb::arg("start") = 0, nb::arg("stop") = nb::none(),
           nb::arg("stride") = 1, nb::arg("frame_rate") = 0.0,
@@ -99,7 +99,7 @@ void bind_video(nb::module_& module) {
       .def_prop_ro("frame_rate", &FrameSource::frame_rate, "Frames a second, without stride.")
       .def_prop_ro("frame_count", &FrameSource::frame_count, "Frames in all; None where the input does not tell.")
       .def_prop_ro("ended_early", &FrameSource::ended_early,
-                   "At the end: why the input ended before its time; None where it did not.");
+                   "At the end: why the input ended early; None where it did not.");
   module.def("decode_image", &decode_image, nb::arg("data"),
              "A picture of the bytes of a JPEG, PNG, ...: HxWx3 uint8, BGR, or HxW where it is grey.");
 }
