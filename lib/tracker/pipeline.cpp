@@ -46,7 +46,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
-    if (!state_.seen) follow_from_there(best);
+    if (!state_.seen && !state_.textured) follow_from_there(best, state_);
     if (!held(best) && !state_.seen && !state_.motion.lost()) {
       const std::optional<Pose> T_first = start_as_given(prior_.T_camera_object, best.T_camera_object);
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
@@ -95,7 +95,8 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
   tried_ = state_;
   tried_.textured = false;
-  const Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
+  Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
+  follow_from_there(outline, tried_);
   see(outline.T_camera_object, Given::nearly, state_);
   const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
   if (held(mended) && as_usual(mended)) return mended;
@@ -104,17 +105,17 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
 }
 
 /// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found.
-void Pipeline::follow_from_there(Alignment& best) {
-  if (tuning_.paper() || !tuning_.contour || state_.textured) return;
+void Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
+  if (tuning_.paper() || !tuning_.contour) return;
   Pose T_colors = prior_.T_camera_object;
   for (int i = 0; i < kMostRelearned; ++i) {
     if (!best.solved || aligner_.corner_motion(T_colors, best.T_camera_object) < kSameColors) return;
     T_colors = best.T_camera_object;
-    const ColorHistograms colors = state_.colors;
-    see(T_colors, Given::nearly, state_);
-    const Alignment again = follow_fully({T_colors}, false, state_);
+    const ColorHistograms colors = state.colors;
+    see(T_colors, Given::nearly, state);
+    const Alignment again = follow_fully({T_colors}, false, state);
     if (again.score < best.score) {
-      state_.colors = colors;
+      state.colors = colors;
       aligner_.contour().use_colors(colors);
       return;
     }
