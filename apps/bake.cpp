@@ -96,8 +96,8 @@ void BakeCommand::add_to(CLI::App& command) {
   command
       .add_flag(
           "--keep-pose", keep_pose,
-          "Take the first pose as it is given, not as the model's outline shows it in the first frame: for models "
-          "whose proportions are only about right")
+          "Take the first pose as it is given and follow the texture alone: for models whose proportions are only "
+          "about right, so that their outline misleads")
       ->group("Object and camera");
 
   constexpr const char* frames_group = "Frames";
@@ -192,9 +192,11 @@ BakeReport BakeCommand::bake_tracked() const {
   BakeReport report;
   Frame frame;
   source.next(frame);
-  const Device opened = device.open();
+  std::optional<Device> opened;
   std::optional<baking::OutlineGuard> guard;
-  if (!keep_pose) guard.emplace(mesh, calibrated, tracker_options, opened);
+  if (!keep_pose && tracker_options.contour) {
+    guard.emplace(mesh, calibrated, tracker_options, opened.emplace(device.open()));
+  }
   const Pose T_camera_object = guard ? start_by_outline(*guard, frame.image, T_given, quiet) : T_given;
   baking::ModelCompletion completion(mesh, calibrated, frame.image, T_camera_object, options);
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
@@ -212,7 +214,7 @@ BakeReport BakeCommand::bake_tracked() const {
       break;
     }
     if (!follower) {  // a single image needs none
-      follower.emplace(completion.model(), calibrated, tracker_options, opened);
+      follower.emplace(completion.model(), calibrated, tracker_options, opened ? *opened : device.open());
       follower->reset(T_camera_object);
     }
     const ImageView view = tracker_view(frame.image, grey);

@@ -46,7 +46,7 @@ using namespace app;
 constexpr double kOffModel = 0.1;
 /// The same of points that are nowhere on its surface.
 constexpr double kOffSurface = 0.03;
-/// Times that only another unit makes points spread wider than the model, or the model than them.
+/// Points that spread this many times wider than the model, or the model than them, are in another unit.
 constexpr double kOtherUnit = 20;
 
 struct InitCommand {
@@ -200,7 +200,7 @@ std::optional<std::string> other_unit(const Mesh& mesh, const std::vector<PointP
   const double model = extent_of(mesh.positions, [](const Eigen::Vector3f& p) { return p.cast<double>(); });
   if (points > model / kOtherUnit && points < model * kOtherUnit) return std::nullopt;
   return fmt::format(
-      "the points spread over {:.3g} m and the model over {:.3g} m: give the points in the unit of the model's file",
+      "the points spread over {:.3g} m and the model over {:.3g} m: are the points in the unit of the model's file?",
       points, model);
 }
 

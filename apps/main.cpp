@@ -77,24 +77,26 @@ std::string did_you_mean(const std::string& given, const std::vector<std::string
   return nearest.empty() ? "" : "; did you mean '" + nearest + "'?";
 }
 
-/// An option that does not exist comes first, with the one that was meant: what CLI11 misses may be just that.
-/// CLI11's words for a value that is missing, or is no number, as one would say them.
+/// A value that is missing, or is no number, in the words that one would use.
 std::string plain_words(const std::string& words) {
   std::smatch parts;
   if (std::regex_match(words, parts, std::regex("Could not convert: (\\S+) = (.*)"))) {
     const std::string value = parts[2];
     char* end = nullptr;
+    std::strtoll(value.c_str(), &end, 10);
+    if (!value.empty() && *end == '\0') return fmt::format("{}: {} is out of range", parts[1].str(), value);
     std::strtod(value.c_str(), &end);
     const bool number = !value.empty() && *end == '\0';
     return fmt::format("{} takes a {}number, not '{}'", parts[1].str(), number ? "whole " : "", value);
   }
-  if (std::regex_match(words, parts, std::regex("(\\S+): (\\d+) required (\\S+) missing"))) {
-    return fmt::format("{} needs {}: {}", parts[1].str(), parts[2] == "1" ? "a value" : parts[2].str() + " more values",
+  if (std::regex_match(words, parts, std::regex("(\\S+): (\\d+) required (.+) missing"))) {
+    return fmt::format("{} needs {}: {}", parts[1].str(), parts[2] == "1" ? "a value" : parts[2].str() + " values",
                        parts[3].str());
   }
   return words;
 }
 
+/// An option that does not exist comes first, with the one that was meant: what CLI11 misses may be just that.
 std::string message_of(const CLI::App& command, const CLI::ParseError& error) {
   const std::vector<std::string> remaining = command.remaining();
   const auto unknown = std::find_if(remaining.begin(), remaining.end(),

@@ -135,7 +135,7 @@ int TrackCommand::run() const {
     baking::CompletionOptions completing;
     completing.textures.keep = true;
     source.next(first_frame.emplace());
-    if (!mesh.has_appearance()) {
+    if (!mesh.has_appearance() && options.contour) {
       guard.emplace(mesh, calibrated, options, opened_device.emplace(opened.get()));
       T_camera_object = start_by_outline(*guard, first_frame->image, *T_camera_object, quiet);
     }
@@ -223,11 +223,11 @@ int TrackCommand::run() const {
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }
+    const Pose T_followed = tracked.result.T_camera_object;
     if (guard) tracked.result = guard->check(follower, view, time_s, tracked.result);
+    const bool by_guard = !tracked.result.T_camera_object.isApprox(T_followed, 0);  // it has no pixels to show
     if (loss_search) loss_search->look(follower, view, time_s, tracked.result);
-    if (tracked.pictured) {
-      tracked.mask = follower.pixel_mask();
-    }
+    if (tracked.pictured) tracked.mask = by_guard ? PixelMask() : follower.pixel_mask();
     if (completion) {
       completion->update(follower, tracked.frame.image, tracked.result);
     }

@@ -316,6 +316,9 @@ TEST_CASE("Poses of six numbers: OpenCV's rvec and tvec, ViSP's the other way ro
     CHECK((load(text).matrix() - expected.matrix()).norm() < 1e-9);
   }
   CHECK(load("0 0 0 0.1 0.2 0.3").linear().isIdentity());
+  CHECK_ERROR(load("rvec: 0 0 1\ntvec: [0.1, -0.2, 0.7]\n"), ErrorCode::pose, "p.txt", "'rvec:' is not a number");
+  const std::string both = "rvec: [0, 0, 1]\ntvec: [0.1, -0.2, 0.7]\n";
+  CHECK_ERROR(load(both + both), ErrorCode::pose, "p.txt", "'rvec:' is not a number");
   CHECK_ERROR(load("rvec: [0, 0]\ntvec: [0.1, -0.2, 0.7]\n"), ErrorCode::pose, "p.txt", "'rvec:' is not a number");
   CHECK_ERROR(load("0 0 90 0.1 -0.2 0.7"), ErrorCode::pose, "p.txt", "rotation vector", "degrees");
   const std::vector<Pose> poses = io::load_poses(folder.write("all.txt", "0 0 0 0 0 1\n0 0 0 0 0 2\n"));

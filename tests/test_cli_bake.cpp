@@ -158,6 +158,13 @@ TEST_CASE("bake: one image, several images with a pose each, a sequence with the
     CHECK(run.exit_code == kOk);
     CHECK(known_share("one.obj") > 0.2);
   }
+  SUBCASE("one image, without the contour") {
+    for (const char* option : {"--no-contour", "--mode=paper"}) {
+      const ProgramRun run = bake({Inputs::frame(0), "--init", "first.txt", "--out", "one.obj", option});
+      CAPTURE(run.err);
+      CHECK(run.exit_code == kOk);
+    }
+  }
   SUBCASE("three images") {
     const ProgramRun run =
         bake({Inputs::frame(0), Inputs::frame(5), Inputs::frame(11), "--poses", "three.txt", "--out", "three.obj"});

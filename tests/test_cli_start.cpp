@@ -252,7 +252,7 @@ TEST_CASE("What a run remembers of a model without texture starts the next one w
     CHECK(error.millimetres < 10);
     CHECK(error.degrees < 5);
   }
-  // What is remembered while a model is completed is of the model that was given.
+  // A model that is completed is remembered as it was given.
   CHECK(track("plain.obj", "both.seen", {"--init", "first.txt", "--complete-model", "whole.obj"}).exit_code == kOk);
   CHECK(track("plain.obj", "both.seen").err.find("found in frame 0") != std::string::npos);
 

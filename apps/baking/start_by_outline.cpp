@@ -12,9 +12,8 @@ Pose start_by_outline(baking::OutlineGuard& guard, const cv::Mat& frame, const P
   const std::optional<Pose> found = guard.first_pose(tracker_view(frame, grey), T_camera_object);
   if (!found) {
     print_warning(
-        "the model's outline is not clear at the first pose, which is taken as given: check the model, its unit and "
-        "the "
-        "pose where the object is in full view");
+        "the model's outline is not clear at the first pose, which is kept as given: check the pose, the model and its "
+        "unit, and that the object is in full view");
     return T_camera_object;
   }
   const Pose& T_first = *found;

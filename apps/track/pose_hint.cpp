@@ -84,8 +84,9 @@ std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_textur
   const auto meant = std::find_if(readings.begin(), readings.end(),
                                   [&](const PoseReading& reading) { return is_held(reading.T_camera_object); });
   if (meant == readings.end()) return std::nullopt;
-  return fmt::format("the object is not where the first pose puts it, but {} if that is read {}",
-                     by_texture ? "it is found" : "its outline fits, which other shapes' may too,", meant->name);
+  return fmt::format("the object is not where the first pose puts it, but {} if that is read {}{}",
+                     by_texture ? "it is found" : "its outline fits", meant->name,
+                     by_texture ? "" : "; an outline alone may mislead");
 }
 
 }  // namespace holdfast::app

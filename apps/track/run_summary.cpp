@@ -63,8 +63,9 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
   ++counts_.frames;
   add_times(total_ms_, result.ms);
-  texture_asked_ = texture_asked_ || result.texture.asked;
-  if (texture_asked_ && result.snapshot.asked && !counts_.texture_left) counts_.texture_left = tracked.frame.index;
+  counts_.texture_asked = counts_.texture_asked || result.texture.asked;
+  if (counts_.texture_asked && result.snapshot.asked && !counts_.texture_left)
+    counts_.texture_left = tracked.frame.index;
   const bool lost = result.status == Status::lost;
   (lost ? lost_ms_ : held_ms_).add(result.ms.total);
   if (lost) {
@@ -118,7 +119,7 @@ std::string summary_text(const RunSummary& summary) {
     }
     text += '\n';
   }
-  if (summary.held_by_contour > 0 && summary.held_by_contour < summary.held) {
+  if (summary.held_by_contour > 0 && summary.texture_asked) {
     text += fmt::format("  contour  {} of the frames held are held by the contour alone\n", summary.held_by_contour);
   }
   if (summary.texture_left) {

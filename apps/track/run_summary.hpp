@@ -31,7 +31,8 @@ struct RunSummary {
   bool complete = false;  ///< the input was followed to its end
   double median_ms = 0;   ///< of tracking, frames held
   double median_lost_ms = 0;
-  bool by_texture = true;  ///< of the frames held, at least half are held by their texture
+  bool texture_asked = false;  ///< in a frame at least
+  bool by_texture = true;      ///< of the frames held, at least half are held by their texture
   /// Of these, intensity in [0, 1]; where most are held without it, of the contour, pixels; 0: none held.
   double median_residual = 0;
   double median_used_pixels = 0;  ///< of the same frames; of the contour, lines across it
@@ -67,7 +68,6 @@ class SummaryBuilder {
   RunSummary counts_;
   StageTimes total_ms_;
   bool last_was_lost_ = false;
-  bool texture_asked_ = false;
   RunningMedian held_ms_;
   RunningMedian lost_ms_;
   /// Of the frames held, in units of their own.

@@ -22,8 +22,8 @@ struct EdgeTerms {
   double score() const;
 };
 
-/// How closely edges are looked for: pixels of the level from the model's edge at which one of the frame weighs 0.6 of
-/// one there.
+/// Closeness of the search for edges: pixels of the level from the model's edge at which one of the frame weighs 0.6
+/// of one there.
 inline constexpr double kCoarseEdgeSearch = 3, kCloseEdgeSearch = 1.5, kClosestEdgeSearch = 1.2;
 
 /// The model's edges as a modality: creases and borders that are seen at a pose, the frame's edges along lines across

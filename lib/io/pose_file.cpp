@@ -82,11 +82,12 @@ Pose pose_from_opencv(const std::vector<double>& v, const fs::path& path, int li
   return pose_from_vectors({v[0], v[1], v[2]}, {v[3], v[4], v[5]}, path, line);
 }
 
-/// The three numbers in brackets after a name.
+/// The three numbers in brackets after a name that is there once.
 std::optional<std::vector<double>> named_vector(const std::string& text, const char* name) {
   const std::size_t at = text.find(name);
   const std::size_t begin = at == std::string::npos ? at : text.find_first_of("[(", at);
-  if (begin == std::string::npos) return std::nullopt;
+  const bool once = at == std::string::npos || text.find(name, at + 1) == std::string::npos;
+  if (begin == std::string::npos || !once || text.find("vec", at + 4) < begin) return std::nullopt;
   const std::size_t end = text.find_first_of("rtRT\"'}", begin);  // where the next name begins
   const auto lines = parse_numbers(text.substr(begin, end == std::string::npos ? end : end - begin));
   std::vector<double> values;

@@ -26,7 +26,7 @@ class Restlessness {
     double weight;
     void add(const Matrix6& square);
   };
-  /// Of accelerations, and of what is not smooth in them, a frame.
+  /// Accelerations, and what is not smooth in them, a frame.
   MeanSquare smooth_{kExpected * kExpected * Matrix6::Identity(), kExpectedFrames}, sudden_ = smooth_;
   Twist last_ = Twist::Zero(), before_last_ = Twist::Zero();
   int followed_ = 0;  ///< deviations in a row, up to 2

@@ -9,7 +9,7 @@
 namespace holdfast {
 namespace {
 
-/// What a texel never seen weighs beside one that was, in light: only where all are unseen its colour counts.
+/// A texel never seen weighs so much beside one that was, in light: only where all are unseen its colour counts.
 constexpr float kUnseen = 1e-4F;
 
 /// The texels that one of the next level is a weighted mean of.
@@ -54,8 +54,7 @@ std::uint8_t rounded_ratio(std::uint64_t sum, std::uint64_t weight) {
   return static_cast<std::uint8_t>((sum + weight / 2) / weight);
 }
 
-/// What most texels of most textures are: the mean of two by two that were all seen. The same as what is done of
-/// others, without its divisions.
+/// The mean of two by two texels that were all seen, as most are: as of others, without divisions.
 bool seen_mean(const std::uint8_t* upper, const std::uint8_t* lower, std::uint8_t* out) {
   if ((upper[3] & upper[7] & lower[3] & lower[7]) != 255) return false;
   for (int channel = 0; channel < 3; ++channel) {

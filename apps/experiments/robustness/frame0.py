@@ -33,7 +33,7 @@ def known_shares(model, poses):
 def bake(bench, folder, frames, model, camera, pose):
     first = folder / "first.txt"
     paths.write_poses(first, [pose])
-    bench.call("bake", frames, "--model", model, "--camera", camera, "--init", first, "--stop", 1, "--unwrap", "--quiet",
+    bench.call("bake", frames, "--model", model, "--camera", camera, "--init", first, "--keep-pose", "--stop", 1, "--unwrap", "--quiet",
                "--out", folder / "model.obj")
 
 
