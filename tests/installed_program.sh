@@ -18,12 +18,14 @@ fail() {
 head -n 1 in/poses_gt.txt >first.txt
 track() { "$@" --model in/model/model.obj --camera in/K.txt --init first.txt --quiet; }
 track "$program" track in/frames --poses written.csv --overlay video.avi || fail "no overlay video was written"
-track "$program" track video.avi --poses read.csv || fail "the video was not read"
+# The video shows an overlay: whether the object is held there does not matter.
+read_video() { track "$@" || [ $? -eq 6 ]; }
+read_video "$program" track video.avi --poses read.csv || fail "the video was not read"
 [ "$(wc -l <read.csv)" -eq 6 ] || fail "not every frame of the video was read"
 
 # Moved as a whole it works, alone it does not.
 cp -R "$1" moved
-track "moved/$2" track video.avi --poses moved.csv || fail "the moved program did not read the video"
+read_video "moved/$2" track video.avi --poses moved.csv || fail "the moved program did not read the video"
 mkdir alone
 cp "$program" alone
 track alone/holdfast track in/frames --poses alone.csv || fail "pictures need no module"

@@ -95,21 +95,26 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
   // The model's light and the camera's are not known yet: the outline, which they do not touch, mends the pose first.
   tried_ = state_;
   tried_.textured = false;
-  Alignment outline = follow_fully({prior.T_camera_object}, false, tried_);
-  follow_from_there(outline, tried_);
-  see(outline.T_camera_object, Given::nearly, state_);
-  const Alignment mended = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
-  if (held(mended) && as_usual(mended)) return mended;
+  Alignment outline = follow_fully({prior.T_camera_object}, false, tried_), mended;
+  for (const bool again : {false, true}) {
+    if (again && !follow_from_there(outline, tried_)) break;
+    see(outline.T_camera_object, Given::nearly, state_);
+    const Alignment from_there = aligner_.align(outline.T_camera_object, fine_plan(state_.finest, state_), state_);
+    if (held(from_there) && as_usual(from_there)) return from_there;
+    if (from_there.score > mended.score) mended = from_there;
+  }
   const Alignment given = follow_fully({prior.T_camera_object}, true, state_);
   return given.score > mended.score ? given : mended;
 }
 
-/// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found.
-void Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
-  if (tuning_.paper() || !tuning_.contour) return;
+/// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found. False
+/// where nothing better comes of it.
+bool Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
+  if (tuning_.paper() || !tuning_.contour) return false;
+  bool moved = false;
   Pose T_colors = prior_.T_camera_object;
   for (int i = 0; i < kMostRelearned; ++i) {
-    if (!best.solved || aligner_.corner_motion(T_colors, best.T_camera_object) < kSameColors) return;
+    if (!best.solved || aligner_.corner_motion(T_colors, best.T_camera_object) < kSameColors) break;
     T_colors = best.T_camera_object;
     const ColorHistograms colors = state.colors;
     see(T_colors, Given::nearly, state);
@@ -117,10 +122,12 @@ void Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
     if (again.score < best.score) {
       state.colors = colors;
       aligner_.contour().use_colors(colors);
-      return;
+      break;
     }
     best = again;
+    moved = true;
   }
+  return moved;
 }
 
 std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {

@@ -56,7 +56,7 @@ class Pipeline {
   std::optional<Pose> start_as_given(const Pose& T_given, const Pose& T_aligned);
 
   Alignment follow(const MotionPrior& prior);
-  void follow_from_there(Alignment& best, TrackingState& state);
+  bool follow_from_there(Alignment& best, TrackingState& state);
   std::optional<Alignment> follow_directly(const MotionPrior& prior);
   Alignment follow_fully(const std::vector<Pose>& hypotheses, bool search, const TrackingState& state);
   Alignment follow_once(const Pose& T_start, const TrackingState& state);
