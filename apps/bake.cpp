@@ -13,12 +13,12 @@
 
 #include "baking/model_completion.hpp"
 #include "baking/outline_guard.hpp"
+#include "baking/posed_frames.hpp"
 #include "baking/start_by_outline.hpp"
 #include "commands.hpp"
 #include "common_options.hpp"
 #include "config_file.hpp"
 #include "driver_start.hpp"
-#include "evaluation/estimated_poses.hpp"
 #include "exit_codes.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
@@ -231,78 +231,6 @@ BakeReport BakeCommand::bake_tracked() const {
   report.taken = completion.frames_taken();
   return report;
 }
-
-/// Frames with their poses: the inputs, or those of the one input that have one.
-class PosedFrames {
- public:
-  PosedFrames(const std::vector<std::string>& inputs, const fs::path& poses, const FrameSourceOptions& options)
-      : inputs_(inputs), file_(poses) {
-    if (inputs_.size() == 1) {
-      source_.emplace(inputs_.front(), options);
-      poses_ = evaluation::load_estimated_poses(poses, source_->frame_rate());
-    } else {
-      poses_ = evaluation::load_estimated_poses(poses, std::nullopt);
-      if (poses_.entries.size() != inputs_.size()) {
-        throw Error(ErrorCode::pose, fmt::format("'{}' has {} poses for {} inputs: give one pose for each",
-                                                 poses.string(), poses_.entries.size(), inputs_.size()));
-      }
-      source_.emplace(inputs_.front());
-    }
-  }
-
-  cv::Size size() const { return source_->size(); }
-  std::int64_t count() const { return static_cast<std::int64_t>(poses_.entries.size()); }
-
-  /// False at the end.
-  bool next(Frame& frame, Pose& T_camera_object) {
-    return inputs_.size() == 1 ? next_of_one(frame, T_camera_object) : next_input(frame, T_camera_object);
-  }
-
- private:
-  bool next_of_one(Frame& frame, Pose& T_camera_object) {
-    while (source_->next(frame)) {
-      while (entry_ < poses_.entries.size() && poses_.entries[entry_].frame < frame.index) {
-        ++entry_;
-      }
-      if (entry_ == poses_.entries.size()) {
-        return false;
-      }
-      const auto& entry = poses_.entries[entry_];
-      if (entry.frame == frame.index && entry.held()) {
-        T_camera_object = entry.result.T_camera_object;
-        return true;
-      }
-    }
-    return false;
-  }
-
-  bool next_input(Frame& frame, Pose& T_camera_object) {
-    while (entry_ < inputs_.size()) {
-      const std::size_t i = entry_++;
-      if (i > 0) {
-        const cv::Size expected = source_->size();
-        source_.emplace(inputs_[i]);
-        if (source_->size() != expected) {
-          throw Error(
-              ErrorCode::image,
-              fmt::format("'{}' has {}x{} pixels, the inputs before it {}x{}: all must come from one camera",
-                          inputs_[i], source_->size().width, source_->size().height, expected.width, expected.height));
-        }
-      }
-      if (poses_.entries[i].held() && source_->next(frame)) {
-        T_camera_object = poses_.entries[i].result.T_camera_object;
-        return true;
-      }
-    }
-    return false;
-  }
-
-  std::vector<std::string> inputs_;
-  evaluation::EstimatedPoses poses_;
-  fs::path file_;
-  std::optional<FrameSource> source_;
-  std::size_t entry_ = 0;
-};
 
 BakeReport BakeCommand::bake_posed() const {
   FrameSourceOptions source_options;

@@ -186,18 +186,11 @@ std::optional<Camera> InitCommand::known_camera(const cv::Mat& frame) const {
   return frame.empty() ? camera.load() : camera.load(frame.cols, frame.rows);
 }
 
-/// Largest side of the box around some points.
-template <typename Points, typename At>
-double extent_of(const Points& points, const At& at) {
-  Eigen::AlignedBox3d box;
-  for (const auto& point : points) box.extend(Eigen::Vector3d(at(point)));
-  return box.sizes().maxCoeff();
-}
-
 /// Points that spread over far less, or more, than the model are in another unit.
 std::optional<std::string> other_unit(const Mesh& mesh, const std::vector<PointPair>& pairs) {
-  const double points = extent_of(pairs, [](const PointPair& pair) { return pair.p_object; });
-  const double model = extent_of(mesh.positions, [](const Eigen::Vector3f& p) { return p.cast<double>(); });
+  Eigen::AlignedBox3d box;
+  for (const PointPair& pair : pairs) box.extend(pair.p_object);
+  const double points = box.diagonal().norm(), model = 2.0 * mesh.radius();
   if (points > model / kOtherUnit && points < model * kOtherUnit) return std::nullopt;
   return fmt::format(
       "the points spread over {:.3g} m and the model over {:.3g} m: are the points in the unit of the model's file?",

@@ -261,7 +261,7 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
   CHECK(beside.exit_code == kOk);
   CHECK(beside.err.find("do not lie on the model") != std::string::npos);
   const std::string other_unit = init("millimetres.csv").err;
-  CHECK(other_unit.find("the points spread over 200 m and the model over 0.2 m") != std::string::npos);
+  CHECK(other_unit.find("the points spread over 262 m and the model over 0.262 m") != std::string::npos);
   CHECK(other_unit.find("--model-scale") == std::string::npos);
 }
 

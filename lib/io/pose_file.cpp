@@ -102,13 +102,13 @@ std::vector<NumberLine> read_lines(const fs::path& path) {
   std::string bad_word;
   const std::string text = read_plain_text_file(path, "pose file");
   const auto lines = parse_numbers(text, &bad_line, &bad_word);
-  const auto rotation = named_vector(text, "rvec"), translation = named_vector(text, "tvec");
-  if (!lines && rotation && translation) {
-    NumberLine both{1, *rotation};
-    both.values.insert(both.values.end(), translation->begin(), translation->end());
-    return {both};
-  }
   if (!lines) {
+    const auto rotation = named_vector(text, "rvec"), translation = named_vector(text, "tvec");
+    if (rotation && translation) {
+      NumberLine both{1, *rotation};
+      both.values.insert(both.values.end(), translation->begin(), translation->end());
+      return {both};
+    }
     fail(path, bad_line,
          fmt::format("'{}' is not a number (expected: a 3x4 or 4x4 matrix, t tx ty tz qx qy qz qw, or rvec and tvec)",
                      bad_word));

@@ -17,7 +17,7 @@ inline void to_rows(const Pose& pose, float (&rows)[12]) {
   }
 }
 
-/// Where the rendered view is looked for in the frame: equation 5 of docs/math.md.
+/// The motion between the rendered view and the frame that it is looked for in: equation 5 of docs/math.md.
 kernel::hf_warp make_warp(const Camera& level_camera, const Pose& D, const Eigen::Vector3d& p_camera_center,
                           const Rect& valid);
 

@@ -110,7 +110,7 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
 /// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found. False
 /// where nothing better comes of it.
 bool Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
-  if (tuning_.paper() || !tuning_.contour) return false;
+  if (tuning_.paper() || !tuning_.contour || state_.motion.lost()) return false;
   bool moved = false;
   Pose T_colors = prior_.T_camera_object;
   for (int i = 0; i < kMostRelearned; ++i) {

@@ -33,8 +33,8 @@ def known_shares(model, poses):
 def bake(bench, folder, frames, model, camera, pose):
     first = folder / "first.txt"
     paths.write_poses(first, [pose])
-    bench.call("bake", frames, "--model", model, "--camera", camera, "--init", first, "--keep-pose", "--stop", 1, "--unwrap", "--quiet",
-               "--out", folder / "model.obj")
+    bench.call("bake", frames, "--model", model, "--camera", camera, "--init", first, "--keep-pose", "--stop", 1,
+               "--unwrap", "--quiet", "--out", folder / "model.obj")
 
 
 def simulated(bench, kind, asked):
