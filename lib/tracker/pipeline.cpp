@@ -46,7 +46,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
-    if (!state_.seen && !state_.textured) follow_from_there(best, state_);
+    if (!state_.seen && !state_.textured && !state_.motion.lost()) follow_from_there(best, state_);
     if (!held(best) && !state_.seen && !state_.motion.lost()) {
       const std::optional<Pose> T_first = start_as_given(prior_.T_camera_object, best.T_camera_object);
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
@@ -110,7 +110,7 @@ Alignment Pipeline::follow(const MotionPrior& prior) {
 /// Colours beside a first pose that is off lead only part of the way: they are learned anew where it is found. False
 /// where nothing better comes of it.
 bool Pipeline::follow_from_there(Alignment& best, TrackingState& state) {
-  if (tuning_.paper() || !tuning_.contour || state_.motion.lost()) return false;
+  if (tuning_.paper() || !tuning_.contour) return false;
   bool moved = false;
   Pose T_colors = prior_.T_camera_object;
   for (int i = 0; i < kMostRelearned; ++i) {
