@@ -186,7 +186,7 @@ BakeReport BakeCommand::bake_tracked() const {
   const Mesh mesh = load_mesh();
   const Pose T_given = init.load();
   warn_about_units(mesh, T_given, calibrated);
-  require_in_front(mesh, T_given);
+  require_in_view(mesh, calibrated, T_given);
   const TrackerOptions tracker_options = tracker.options();
 
   BakeReport report;

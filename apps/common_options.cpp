@@ -354,9 +354,11 @@ void require_named_materials(const Mesh& mesh, const std::filesystem::path& mode
   }
 }
 
-void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
+bool warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                       const std::optional<Camera>& camera) {
-  warn_if(io::unit_warning(mesh, T_camera_object, camera));
+  const std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
+  warn_if(doubt);
+  return doubt.has_value();
 }
 
 }  // namespace holdfast::app

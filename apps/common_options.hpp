@@ -112,8 +112,8 @@ void require_model_name(const std::filesystem::path& path);
 /// Throws Error(model) for a mesh without texture and vertex colours whose OBJ names a material file that is not there.
 void require_named_materials(const Mesh& mesh, const std::filesystem::path& model);
 
-/// Prints a warning when the object's size is implausible, alone or at this pose.
-void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object = std::nullopt,
+/// Prints a warning when the object's size is implausible, alone or at this pose, and returns true.
+bool warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object = std::nullopt,
                       const std::optional<Camera>& camera = std::nullopt);
 
 }  // namespace holdfast::app

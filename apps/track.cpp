@@ -125,8 +125,8 @@ int TrackCommand::run() const {
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   require_start(mesh);
   const Camera calibrated = camera_of(source, mesh);
-  warn_about_units(mesh, T_camera_object, calibrated);
-  if (T_camera_object) require_in_front(mesh, *T_camera_object);
+  const bool doubts_units = warn_about_units(mesh, T_camera_object, calibrated);
+  if (T_camera_object) require_in_view(mesh, calibrated, *T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
   std::optional<baking::OutlineGuard> guard;
@@ -217,9 +217,10 @@ int TrackCommand::run() const {
                          [&](const Pose& pose) { return is_held_from(follower, pose, view, by_texture); });
       };
       // A reading that the print confirms goes before one that the outline alone holds.
-      std::optional<std::string> hint = tracked.result.texture.asked ? reading(true) : std::nullopt;
-      if (!hint && is_lost) hint = reading(false);
-      if (hint || is_lost) warn_if(hint.value_or(lost_start(tracked.result)));
+      std::optional<std::string> hint;
+      if (!doubts_units && tracked.result.texture.asked) hint = reading(true);
+      if (!doubts_units && !hint && is_lost) hint = reading(false);
+      print_warning(hint.value_or(is_lost ? lost_start(tracked.result) : held_by_outline()));
       follower.reset(*T_camera_object);
       tracked.result = follower.track(view, time_s);
     }

@@ -57,6 +57,12 @@ TEST_CASE("Every convention's pose is told as that") {
   CHECK(said(given).find("y up where this one has z") != std::string::npos);
   given.linear() = truth.linear() * Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitX());
   CHECK(said(given).find("z up where this one has y") != std::string::npos);
+  const Eigen::Quaterniond q(truth.linear());
+  given.linear() = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();  // w x y z read as x y z w
+  CHECK(said(given).find("w, x, y, z") != std::string::npos);
+  given.linear() = Eigen::AngleAxisd(truth.translation().norm(), truth.translation().normalized()).toRotationMatrix();
+  given.translation() = 0.7 * Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  CHECK(said(given).find("tvec before rvec") != std::string::npos);
   CHECK_FALSE(pose_hint(truth, true, [](const Pose&) { return false; }));
 }
 
@@ -70,11 +76,18 @@ TEST_CASE("A start that no reading explains says how much of the contour is ther
   CHECK(lost_start(first).find("model's contour") == std::string::npos);
 }
 
-TEST_CASE("An object behind the camera is refused with what may be meant") {
-  CHECK_NOTHROW(require_in_front(box(), some_pose()));
-  Pose behind = some_pose();
-  behind.translation().z() = -0.6;
-  CHECK_ERROR(require_in_front(box(), behind), ErrorCode::pose, "behind the camera", "OpenGL", "invert it");
+TEST_CASE("An object behind the camera or out of the picture is refused with what may be meant") {
+  const Camera camera{640, 480, 600, 600, 319.5, 239.5, {}};
+  CHECK_NOTHROW(require_in_view(box(), camera, some_pose()));
+  Pose pose = some_pose();
+  pose.translation().z() = -0.6;
+  CHECK_ERROR(require_in_view(box(), camera, pose), ErrorCode::pose, "behind the camera", "OpenGL", "invert it");
+  pose.translation() << 0.05, -0.9, 0.6;
+  CHECK_ERROR(require_in_view(box(), camera, pose), ErrorCode::pose, "out of the picture", "unit");
+  // tvec 0.05 -0.03 0.6 before rvec 1.5 0.4 0.3
+  pose.linear() = Eigen::AngleAxisd(0.603, Eigen::Vector3d(0.05, -0.03, 0.6).normalized()).toRotationMatrix();
+  pose.translation() << 1.5, 0.4, 0.3;
+  CHECK_ERROR(require_in_view(box(), camera, pose), ErrorCode::pose, "out of the picture", "tvec before rvec");
 }
 
 TEST_CASE("The distance of a point to a box") {

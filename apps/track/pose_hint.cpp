@@ -18,6 +18,16 @@ Pose turned(const Pose& pose, const Eigen::Matrix3d& before, const Eigen::Matrix
   return result;
 }
 
+/// The ball around the model meets the picture.
+bool is_seen(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object) {
+  const Eigen::Vector3d center = T_camera_object * mesh.center();
+  if (center.z() <= 0) return false;
+  const double reach = camera.fx * mesh.radius() / center.z();
+  const double x = camera.cx + camera.fx * center.x() / center.z();
+  const double y = camera.cy + camera.fy * center.y() / center.z();
+  return x > -reach && y > -reach && x < camera.width + reach && y < camera.height + reach;
+}
+
 }  // namespace
 
 std::vector<PoseReading> other_readings(const Pose& T) {
@@ -31,7 +41,17 @@ std::vector<PoseReading> other_readings(const Pose& T) {
   const Pose inverse = T.inverse();
   Pose transposed = T;
   transposed.linear().transposeInPlace();
-  return {{"in OpenGL's axes, y up and z backwards (negate its second and third row)", turned(T, flip, none, true)},
+  const Eigen::AngleAxisd turn(T.linear());
+  const double angle = T.translation().norm();
+  Pose exchanged = Pose::Identity();
+  if (angle > 0) exchanged.linear() = Eigen::AngleAxisd(angle, T.translation() / angle).toRotationMatrix();
+  exchanged.translation() = turn.angle() * turn.axis();
+  const Eigen::Quaterniond read(T.linear());
+  Pose reordered = T;
+  reordered.linear() = Eigen::Quaterniond(read.x(), read.y(), read.z(), read.w()).toRotationMatrix();
+  return {{"with tvec before rvec (exchange them: rvec comes first)", exchanged},
+          {"with its quaternion as w, x, y, z (put w last)", reordered},
+          {"in OpenGL's axes, y up and z backwards (negate its second and third row)", turned(T, flip, none, true)},
           {"with its rotation still in OpenGL's axes (negate the rotation's second and third row)",
            turned(T, flip, none, false)},
           {"with its translation still in OpenGL's axes (negate y and z of the translation)", moved},
@@ -47,23 +67,30 @@ std::vector<PoseReading> other_readings(const Pose& T) {
            turned(T, none, quarter(-std::numbers::pi / 2), false)}};
 }
 
-void require_in_front(const Mesh& mesh, const Pose& T_camera_object) {
-  const Eigen::Vector3d center = T_camera_object * mesh.center();
-  if (center.z() > 0) return;
-  // The rotation's readings change no distance; of those that share a place the first one is named.
+void require_in_view(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object) {
+  if (is_seen(mesh, camera, T_camera_object)) return;
+  // Many readings of the rotation change no place; of those that share one the first is named.
   std::string meant;
   std::vector<Eigen::Vector3d> places;
   for (const PoseReading& reading : other_readings(T_camera_object)) {
     const Eigen::Vector3d place = reading.T_camera_object * mesh.center();
     const auto same = [&](const Eigen::Vector3d& other) { return place.isApprox(other); };
-    if (places.size() == 2 || place.z() <= 0 || std::any_of(places.begin(), places.end(), same)) continue;
+    const bool known = std::any_of(places.begin(), places.end(), same);
+    if (places.size() == 2 || known || !is_seen(mesh, camera, reading.T_camera_object)) continue;
     places.push_back(place);
     meant += (meant.empty() ? ": is it " : ", or ") + reading.name;
   }
+  const Eigen::Vector3d center = T_camera_object * mesh.center();
+  const std::string where =
+      center.z() <= 0 ? fmt::format("behind the camera (z = {:.3g} m; x is right, y down, z forward)", center.z())
+                      : fmt::format(
+                            "out of the picture of {}x{} pixels ({:.3g}, {:.3g}, {:.3g} m; x is right, y down, z "
+                            "forward)",
+                            camera.width, camera.height, center.x(), center.y(), center.z());
   throw Error(ErrorCode::pose,
-              fmt::format("the first pose puts the object behind the camera (z = {:.3g} m; x is right, y down, z "
-                          "forward){}",
-                          center.z(), meant.empty() ? "" : meant + "?"));
+              fmt::format("the first pose puts the object {}{}", where,
+                          meant.empty() ? ": check the pose's unit and axes, and the camera's focal length and centre"
+                                        : meant + "?"));
 }
 
 std::string lost_start(const FrameResult& first) {
@@ -87,6 +114,11 @@ std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_textur
   return fmt::format("the object is not where the first pose puts it, but {} if that is read {}{}",
                      by_texture ? "it is found" : "its outline fits", meant->name,
                      by_texture ? "" : "; an outline alone may mislead");
+}
+
+std::string held_by_outline() {
+  return "the first frame shows the model's outline at the first pose, but not its texture: an outline may fit upside "
+         "down or from another side, too; --contact-sheet shows where it is drawn";
 }
 
 }  // namespace holdfast::app

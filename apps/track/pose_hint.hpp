@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "holdfast/camera.hpp"
 #include "holdfast/frame_result.hpp"
 #include "holdfast/mesh.hpp"
 #include "holdfast/pose.hpp"
@@ -18,11 +19,11 @@ struct PoseReading {
 };
 
 /// The pose that the numbers mean in other programs' conventions: OpenGL's axes, whole or half converted, camera to
-/// object, a rotation by columns, a model with another axis up.
+/// object, a rotation by columns, rvec and tvec exchanged, a quaternion with w first, a model with another axis up.
 std::vector<PoseReading> other_readings(const Pose& T_camera_object);
 
-/// Throws Error(pose), with what may have been meant, where the object is not in front of the camera.
-void require_in_front(const Mesh& mesh, const Pose& T_camera_object);
+/// Throws Error(pose), with what may have been meant, where the object is behind the camera or out of the picture.
+void require_in_view(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object);
 
 /// What is wrong where the first frame is lost and no other reading of the pose finds the object.
 std::string lost_start(const FrameResult& first);
@@ -31,5 +32,8 @@ std::string lost_start(const FrameResult& first);
 /// or unlike under the pose as it stands. `by_texture`: what holds it is its texture, not the outline alone.
 std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_texture,
                                      const std::function<bool(const Pose&)>& is_held);
+
+/// What is said where the first frame shows the outline of a textured model and not its print.
+std::string held_by_outline();
 
 }  // namespace holdfast::app
