@@ -23,6 +23,7 @@
 #include "init/click_session.hpp"
 #include "init/guided_pose.hpp"
 #include "init/init_outcome.hpp"
+#include "init/mirrored_points.hpp"
 #include "init/point_pairs.hpp"
 #include "init/pose_from_points.hpp"
 #include "init/refine_on_frame.hpp"
@@ -312,6 +313,7 @@ void InitCommand::run() const {
   }
   if (known) {
     warn_if(io::camera_warning(*known));
+    warn_if(mirrored_points(outcome.given, *known, outcome.from_points.rms));
   }
   if (outcome.mesh) {
     const std::optional<std::string> unit = other_unit(*outcome.mesh, outcome.given);
