@@ -303,14 +303,9 @@ class ObjMesh {
   std::uint32_t material_of(const ObjFace& face, bool textured) {
     const auto [known, is_new] = made_.try_emplace({face.material, textured}, 0);
     if (is_new) {
-      Material material;
-      if (face.material != kNone) material.name = text_.material_names[face.material];
-      Wrapping wrapping;
-      if (textured) {
-        material.texture = load_texture(texture_file(path_, *named(face)));
-        wrapping = map_of(face)->wrapping;
-      }
-      known->second = assembly_->add_material(std::move(material), wrapping);
+      const std::string name = face.material != kNone ? text_.material_names[face.material] : "";
+      known->second = textured ? assembly_->add_picture(texture_file(path_, *named(face)), name, map_of(face)->wrapping)
+                               : assembly_->add_material({name, {}});
     }
     return known->second;
   }
