@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "holdfast/error.hpp"
 #include "io/numbers.hpp"
@@ -39,6 +40,7 @@ class ObjParser {
       }
       parse_line(line);
     }
+    if (!blues_.empty() && weighted_ && !opaque_) take_weights_off();
     return std::move(read_);
   }
 
@@ -75,7 +77,7 @@ class ObjParser {
     return count;
   }
 
-  /// x y z, then nothing, a weight, or a colour.
+  /// x y z, then nothing, a weight, or a colour, with a weight before it or alpha after it.
   void add_position(std::string_view line) {
     const std::size_t count = numbers(line.substr(0, line.find('#')), 7);
     if (count < 3) fail(fmt::format("a vertex of {} numbers", count));
@@ -86,6 +88,18 @@ class ObjParser {
     if (count < 6) return;
     read_.colors.back() << static_cast<float>(values_[3]), static_cast<float>(values_[4]),
         static_cast<float>(values_[5]), 1;
+    if (count < 7) return;
+    blues_.emplace_back(read_.colors.size() - 1, static_cast<float>(values_[6]));
+    weighted_ = weighted_ && values_[3] == 1;
+    opaque_ = opaque_ && values_[6] == 1;
+  }
+
+  /// Of vertices of seven numbers, where the fourth is a weight.
+  void take_weights_off() {
+    for (const auto& [index, blue] : blues_) {
+      Eigen::Array4f& color = read_.colors[index];
+      color << color[1], color[2], blue, 1;
+    }
   }
 
   /// The index that a corner names, from 1 or, below 0, from the last on; nothing where it names none.
@@ -130,6 +144,8 @@ class ObjParser {
   std::array<double, 7> values_{};
   std::map<std::string, std::size_t> materials_;
   std::size_t material_ = kNone;
+  std::vector<std::pair<std::size_t, float>> blues_;  ///< the last of seven numbers, by position
+  bool weighted_ = true, opaque_ = true;              ///< the fourth, the last of seven is 1 everywhere
   ObjText read_;
 };
 
