@@ -64,6 +64,30 @@ TEST_CASE("OBJ: materials of one picture share it, laid out by each, but for how
   CHECK(mesh.texture_coordinates[mesh.triangles[1][0]].x() == 0.25F);
 }
 
+TEST_CASE("OBJ: files are found whatever capitals their names have, and comments after names are left out") {
+  const TemporaryFolder folder;
+  folder.write("Skins/Tex.PNG", picture());
+  folder.write("face.PNG", picture());
+  folder.write("Skins/tex #2.png", picture({0, 0, 0, 255}));
+  const std::string face = "f 1/1 2/2 3/3\n";
+  const auto red = [&](const std::string& library, const std::string& map, const std::string& use = "m",
+                       const std::string& define = "m") {
+    folder.write("My model.mtl", "newmtl " + define + "\nmap_Kd " + map + "\n");
+    const Mesh mesh =
+        io::load_model(folder.write("m.obj", "mtllib " + library + "\n" + kCorners + "usemtl " + use + "\n" + face));
+    return mesh.has_appearance() ? mesh.materials[0].texture.rgba[0] : -1;
+  };
+  const std::string library = "My model.mtl", map = "Skins/Tex.PNG";
+  CHECK(red("my Model.MTL", map) == 200);
+  CHECK(red(library, "skins\\tex.png") == 200);
+  CHECK(red(library, "C:\\scans\\FACE.png") == 200);
+  CHECK(red(library + " # made by hand", map + " # the skin") == 200);
+  CHECK(red(library, map, "m # first") == 200);
+  CHECK(red(library, map, "m", "m # first") == 200);
+  CHECK(red(library, "Skins/tex #2.png") == 0);
+  CHECK(red(library, map, "m #1", "m #1") == 200);
+}
+
 TEST_CASE("glTF: materials of one picture share it where they make the same of it") {
   const TemporaryFolder folder;
   const std::string first = R"({"baseColorTexture":{"index":0}})", second = R"({"baseColorTexture":{"index":1}})",

@@ -37,18 +37,27 @@ std::vector<fs::path> material_files(const fs::path& model, const std::string& l
     if (found) files.push_back(*found);
     return found.has_value();
   };
-  if (!add(line)) {
-    std::string_view rest = line;
+  const std::string uncommented(without_comment(line));
+  if (!add(line) && !add(uncommented)) {
+    std::string_view rest = uncommented;
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) add(std::string(word));
   }
   if (files.empty()) add(model.stem().string() + ".mtl");
   return files;
 }
 
+using Materials = std::map<std::string, NamedMaterial>;
+
+/// The material that a model names, with a comment behind the name or without; nullptr: there is none.
+const NamedMaterial* find_material(const Materials& materials, const std::string& name) {
+  auto found = materials.find(name);
+  if (found == materials.end()) found = materials.find(std::string(without_comment(name)));
+  return found == materials.end() ? nullptr : &found->second;
+}
+
 /// The materials that the model's files define, by name, the first of a name. `remarks`: what is missing.
-std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const ObjText& text,
-                                                  std::vector<std::string>& remarks) {
-  std::map<std::string, NamedMaterial> materials;
+Materials materials_of(const fs::path& model, const ObjText& text, std::vector<std::string>& remarks) {
+  Materials materials;
   std::set<fs::path> read;
   for (const std::string& line : text.libraries) {
     const std::vector<fs::path> files = material_files(model, line);
@@ -64,6 +73,9 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
       }
     }
   }
+  for (const auto& [name, material] : Materials(materials)) {
+    materials.try_emplace(std::string(without_comment(name)), material);
+  }
   if (text.libraries.empty() && !text.material_names.empty()) {
     remarks.push_back(
         fmt::format("model '{}' uses the material '{}', but names no material file (mtllib): it is taken "
@@ -71,7 +83,7 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
                     model.string(), text.material_names.front()));
   }
   for (const std::string& name : text.material_names) {
-    if (!read.empty() && !materials.contains(name)) {
+    if (!read.empty() && find_material(materials, name) == nullptr) {
       remarks.push_back(
           fmt::format("model '{}' uses the material '{}', which its material file lacks: it is taken as "
                       "plain",
@@ -82,7 +94,10 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
 }
 
 fs::path texture_file(const fs::path& model, const NamedMaterial& material) {
-  return find_texture(model, material.map->name, {material.file.parent_path()});
+  const fs::path folder = material.file.parent_path();
+  const std::string& name = material.map->name;
+  const bool whole = named_file(name, {folder, model.parent_path()}).has_value();
+  return find_texture(model, whole ? name : std::string(without_comment(name)), {folder});
 }
 
 /// Makes the mesh of what the files say.
@@ -132,8 +147,7 @@ class ObjMesh {
  private:
   const NamedMaterial* named(const ObjFace& face) const {
     if (face.material == kNone) return nullptr;
-    const auto found = materials_.find(text_.material_names[face.material]);
-    return found == materials_.end() ? nullptr : &found->second;
+    return find_material(materials_, text_.material_names[face.material]);
   }
 
   const MaterialMap* map_of(const ObjFace& face) const {
@@ -195,7 +209,7 @@ class ObjMesh {
 
   const fs::path& path_;
   const ObjText& text_;
-  std::map<std::string, NamedMaterial> materials_;
+  Materials materials_;
   bool by_material_ = false;  ///< colours are those of materials
   float most_ = 0;            ///< of the file's colours of vertices
   std::optional<MeshAssembly> assembly_;
