@@ -335,8 +335,8 @@ void require_model_name(const std::filesystem::path& path) {
 }
 
 void require_named_materials(const Mesh& mesh, const std::filesystem::path& model) {
-  if (mesh.has_appearance() || model.extension() != ".obj") {
-    return;
+  if (mesh.has_appearance() || model.extension() != ".obj" || io::model_files(model).size() > 1) {
+    return;  // not plain, or its material file was found
   }
   constexpr std::string_view keyword = "mtllib ";
   std::ifstream file(model);
@@ -346,11 +346,9 @@ void require_named_materials(const Mesh& mesh, const std::filesystem::path& mode
     }
     line.erase(0, keyword.size());
     line.erase(line.find_last_not_of(" \t\r") + 1);
-    if (!std::filesystem::exists(model.parent_path() / line)) {
-      throw Error(ErrorCode::model,
-                  "model '" + model.string() + "' has no texture, because the material file that it names, '" + line +
-                      "', is not beside it: copy it there, with its pictures, or make a texture with 'holdfast bake'");
-    }
+    throw Error(ErrorCode::model,
+                "model '" + model.string() + "' has no texture, because the material file that it names, '" + line +
+                    "', is not beside it: copy it there, with its pictures, or make a texture with 'holdfast bake'");
   }
 }
 

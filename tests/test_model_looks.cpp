@@ -184,6 +184,10 @@ TEST_CASE("OBJ: colours of vertices as shares of 1, or of 255") {
   CHECK(colors("1 0 0", "0 0.5 1") == std::pair{kRed, Color{0, 128, 255, 255}});
   CHECK(colors("1 0 0", "0 0.5 1.02") == std::pair{kRed, Color{0, 128, 255, 255}});
   CHECK(colors("1 0 0", "0 128 255") == std::pair{Color{1, 0, 0, 255}, Color{0, 128, 255, 255}});
+  // Seven numbers: a weight of 1 before the colour, or alpha after it.
+  CHECK(colors("1.0 1 0 0", "1.0 0 0.5 1") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0 1", "0 0.5 1 1") == std::pair{kRed, Color{0, 128, 255, 255}});
+  CHECK(colors("1 0 0 1", "1 0.5 1 1") == std::pair{kRed, Color{255, 128, 255, 255}});
 }
 
 TEST_CASE("OBJ: colours of materials are seen where there are several, and one alone is none") {

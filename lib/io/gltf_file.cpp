@@ -179,9 +179,9 @@ class GltfReader {
     const auto [known, is_new] = made_.try_emplace({part.material, textured}, 0);
     if (is_new) {
       const GltfLook& seen = look(part.material);
-      Material material{seen.name, {}};
-      if (textured) material.texture = gltf_texture(document_, seen);
-      known->second = assembly_->add_material(std::move(material), seen.wrapping);
+      known->second = textured ? assembly_->add_picture(seen.picture(), seen.name, seen.wrapping,
+                                                        [&] { return gltf_texture(document_, seen); })
+                               : assembly_->add_material({seen.name, {}});
     }
     return known->second;
   }

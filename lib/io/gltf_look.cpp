@@ -56,11 +56,23 @@ std::optional<std::size_t> image_of(const GltfDocument& document, const json& te
   return std::nullopt;
 }
 
+/// The first image of the same data: exporters may list a picture once a material.
+std::size_t first_alike(const GltfDocument& document, std::size_t index) {
+  const json& wanted = document.item("images", index);
+  const auto same = [&](std::size_t i, const char* key) {
+    return document.part(document.item("images", i), key) == document.part(wanted, key);
+  };
+  std::size_t i = 0;
+  while (i < index && !(same(i, "uri") && same(i, "bufferView"))) ++i;
+  return i;
+}
+
 void read_texture(const GltfDocument& document, const json& use, GltfLook& look) {
   const auto index = document.index(use, "index");
   if (!index) return;
   const json& texture = document.item("textures", *index);
   look.image = image_of(document, texture);
+  if (look.image) look.image = first_alike(document, *look.image);
   look.coordinate_set = document.index(use, "texCoord").value_or(0);
   read_transform(document, use, look);
   if (const auto sampler = document.index(texture, "sampler")) {
@@ -70,6 +82,10 @@ void read_texture(const GltfDocument& document, const json& use, GltfLook& look)
 }
 
 }  // namespace
+
+std::string GltfLook::picture() const {
+  return fmt::format("{} {} {} {}", image.value_or(0), fmt::join(factor, " "), opaque, cutoff.value_or(-1));
+}
 
 Eigen::Vector2f GltfLook::place(float u, float v) const {
   const Eigen::Vector2d moved = turn * Eigen::Vector2d(u, v) + offset;

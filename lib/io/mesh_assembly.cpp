@@ -1,9 +1,9 @@
 #include "io/mesh_assembly.hpp"
 
-#include <functional>
 #include <utility>
 
 #include "holdfast/error.hpp"
+#include "holdfast/io.hpp"
 
 namespace holdfast::io {
 namespace {
@@ -65,6 +65,19 @@ std::uint32_t MeshAssembly::add_material(Material material, const Wrapping& wrap
   return index;
 }
 
+std::uint32_t MeshAssembly::add_picture(const std::filesystem::path& file, const std::string& name,
+                                        const Wrapping& wrapping) {
+  return add_picture(std::filesystem::weakly_canonical(file).string(), name, wrapping,
+                     [&file] { return load_texture(file); });
+}
+
+std::uint32_t MeshAssembly::add_picture(const std::string& picture, const std::string& name, const Wrapping& wrapping,
+                                        const std::function<Texture()>& load) {
+  const std::pair key{picture, wrapping};
+  if (const auto known = pictures_.find(key); known != pictures_.end()) return known->second;
+  return pictures_[key] = add_material({name, load()}, wrapping);
+}
+
 Mesh MeshAssembly::take() {
   for (auto& [material, wrapped] : wrapped_) {
     std::vector<Eigen::Vector2f*> coordinates;
@@ -76,6 +89,7 @@ Mesh MeshAssembly::take() {
   }
   wrapped_.clear();
   vertices_.clear();
+  pictures_.clear();
   added_ = 0;
   return std::exchange(mesh_, {});
 }

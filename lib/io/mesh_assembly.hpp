@@ -2,8 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
+#include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "holdfast/mesh.hpp"
@@ -31,6 +35,12 @@ class MeshAssembly {
   void add_triangle(const std::array<Vertex, 3>& corners, std::uint32_t material);
   /// A texture that is not repeated beyond its borders is drawn larger, so that a renderer that repeats shows the same.
   std::uint32_t add_material(Material material, const Wrapping& wrapping = {});
+  /// The material that shows a picture file; of the same one, wrapped the same way, there is one, named by the first:
+  /// each copy would take the picture's memory here and in OpenGL. Throws Error(file).
+  std::uint32_t add_picture(const std::filesystem::path& file, const std::string& name, const Wrapping& wrapping = {});
+  /// The same of a picture that is made by `load`; `picture` says of what.
+  std::uint32_t add_picture(const std::string& picture, const std::string& name, const Wrapping& wrapping,
+                            const std::function<Texture()>& load);
   /// Hands the mesh over; the assembly is empty afterwards. Throws Error(model) for a texture that would be too large.
   Mesh take();
 
@@ -52,6 +62,7 @@ class MeshAssembly {
   Mesh mesh_;
   std::size_t added_ = 0;                     ///< triangles, those without area too
   std::map<std::uint32_t, Wrapped> wrapped_;  ///< by material
+  std::map<std::pair<std::string, Wrapping>, std::uint32_t> pictures_;
   std::unordered_map<Vertex, std::uint32_t, Hash> vertices_;
 };
 

@@ -150,17 +150,16 @@ class SceneReader {
     if (const auto known = materials_.find(key); known != materials_.end()) {
       return known->second;
     }
-    Material material;
+    std::string name;
     if (part.mMaterialIndex < scene_.mNumMaterials) {
-      material.name = scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str();
+      name = scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str();
     }
-    if (with_texture) {
-      const std::string name = texture_of(part).path;
-      const aiTexture* embedded = scene_.GetEmbeddedTexture(name.c_str());
-      material.texture = embedded != nullptr ? embedded_texture(*embedded, path_.string() + ":" + name)
-                                             : load_texture(find_texture(path_, name));
-    }
-    return materials_[key] = assembly_.add_material(std::move(material));
+    if (!with_texture) return materials_[key] = assembly_.add_material({name, {}});
+    const std::string picture = texture_of(part).path;
+    const aiTexture* embedded = scene_.GetEmbeddedTexture(picture.c_str());
+    if (embedded == nullptr) return materials_[key] = assembly_.add_picture(find_texture(path_, picture), name);
+    return materials_[key] = assembly_.add_picture(
+               ":" + picture, name, {}, [&] { return embedded_texture(*embedded, path_.string() + ":" + picture); });
   }
 
   void add_nodes(const aiNode& root) {

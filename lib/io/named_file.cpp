@@ -45,6 +45,26 @@ std::string plain_name(const std::string& name) {
   return plain;
 }
 
+/// A file of this name in a folder, whatever capitals the name has; the first in the alphabet.
+std::optional<fs::path> any_case(const fs::path& folder, const fs::path& name) {
+  fs::path found = folder;
+  std::error_code ignored;
+  for (const fs::path& part : name.relative_path()) {
+    if (fs::exists(found / part, ignored)) {
+      found /= part;
+      continue;
+    }
+    std::vector<fs::path> alike;
+    for (fs::directory_iterator entry(found.empty() ? "." : found, ignored), end; entry != end;
+         entry.increment(ignored)) {
+      if (lower(entry->path().filename().string()) == lower(part.string())) alike.push_back(entry->path().filename());
+    }
+    if (alike.empty()) return std::nullopt;
+    found /= *std::min_element(alike.begin(), alike.end());
+  }
+  return fs::is_regular_file(found, ignored) ? std::optional(found) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<fs::path> named_file(const std::string& name, const std::vector<fs::path>& folders) {
@@ -52,13 +72,18 @@ std::optional<fs::path> named_file(const std::string& name, const std::vector<fs
   if (plain.empty()) {
     return std::nullopt;
   }
-  for (const fs::path& file :
-       {fs::path(name), fs::path(plain), fs::path(percent_decoded(plain)), fs::path(plain).filename()}) {
+  const fs::path names[] = {name, plain, percent_decoded(plain), fs::path(plain).filename()};
+  for (const fs::path& file : names) {
     for (const fs::path& folder : folders) {
       std::error_code ignored;
       if (fs::is_regular_file(folder / file, ignored)) {
         return folder / file;
       }
+    }
+  }
+  for (const fs::path& file : names) {
+    for (const fs::path& folder : folders) {
+      if (const auto found = any_case(folder, file)) return found;
     }
   }
   return std::nullopt;

@@ -9,7 +9,7 @@ namespace holdfast::io {
 
 /// The file that another one names, looked for in these folders, in turn: as written, whatever slashes, escapes and
 /// blanks at its ends the exporter wrote; then, since names may be absolute ones of the exporting machine, by its last
-/// part.
+/// part; then whatever capitals it has, as Windows finds it.
 std::optional<std::filesystem::path> named_file(const std::string& name,
                                                 const std::vector<std::filesystem::path>& folders);
 

@@ -48,6 +48,11 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(kBlanks) + 1);
 }
 
+std::string_view without_comment(std::string_view text) {
+  const std::size_t mark = std::min(text.find(" #"), text.find("\t#"));
+  return trimmed(text.substr(0, mark));
+}
+
 std::string lower(std::string_view text) {
   std::string result(text);
   std::transform(result.begin(), result.end(), result.begin(),

@@ -19,6 +19,9 @@ std::string_view next_word(std::string_view& line);
 /// A text without blanks around it.
 std::string_view trimmed(std::string_view text);
 
+/// A text without a comment that stands at its end, after a blank and '#'; names may have a '#' within.
+std::string_view without_comment(std::string_view text);
+
 /// A text with the letters of ASCII in lower case.
 std::string lower(std::string_view text);
 

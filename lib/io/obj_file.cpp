@@ -16,6 +16,7 @@
 #include "io/mesh_assembly.hpp"
 #include "io/named_file.hpp"
 #include "io/numbers.hpp"
+#include "io/obj_text.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
 
@@ -25,148 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 using Color = std::array<std::uint8_t, 4>;
 
-constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-
 /// Colours of a file in which one is greater are numbers up to 255: shares of 1 are rounded up by less.
 constexpr float kMostShare = 2;
-
-struct ObjCorner {
-  std::size_t position = 0;
-  std::size_t coordinate = kNone;
-};
-
-struct ObjFace {
-  std::size_t first = 0;  ///< of its corners
-  std::size_t count = 0;
-  std::size_t material = kNone;  ///< index into ObjText::material_names
-  bool textured = false;         ///< all corners have texture coordinates
-};
-
-/// What stands in an OBJ file.
-struct ObjText {
-  std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Array4f> colors;  ///< empty, or one a position, as they stand there
-  std::vector<Eigen::Vector2f> coordinates;
-  std::vector<ObjCorner> corners;
-  std::vector<ObjFace> faces;
-  std::vector<std::string> material_names;  ///< in the order of their first use
-  std::vector<std::string> libraries;       ///< the lines after mtllib
-};
-
-class ObjParser {
- public:
-  ObjParser(const fs::path& path, double scale) : path_(path), scale_(scale) {}
-
-  ObjText parse() {
-    const std::string bytes = read_text_file(path_, "model");
-    std::string_view text = bytes;
-    std::string joined;
-    for (std::string_view line; next_line(text, line); ++line_) {
-      joined.clear();
-      while (line.ends_with('\\') && !text.empty()) {  // goes on in the next line
-        joined.append(line.substr(0, line.size() - 1)).append(" ");
-        next_line(text, line);
-        ++line_;
-      }
-      if (!joined.empty()) {
-        joined.append(line);
-        line = joined;
-      }
-      parse_line(line);
-    }
-    return std::move(read_);
-  }
-
- private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read (line {}: {}): is the file complete?",
-                                             path_.string(), line_, reason));
-  }
-
-  void parse_line(std::string_view line) {
-    const std::string keyword = lower(next_word(line));
-    if (keyword == "v") {
-      add_position(line);
-    } else if (keyword == "vt") {
-      const std::size_t count = numbers(line.substr(0, line.find('#')), 3);
-      if (count == 0) fail("a texture coordinate without numbers");
-      read_.coordinates.push_back({static_cast<float>(values_[0]), count > 1 ? static_cast<float>(values_[1]) : 0.0F});
-    } else if (keyword == "f" || keyword == "fo") {
-      add_face(line.substr(0, line.find('#')));
-    } else if (keyword == "usemtl") {
-      use(std::string(trimmed(line)));
-    } else if (keyword == "mtllib") {
-      read_.libraries.emplace_back(trimmed(line));
-    }
-  }
-
-  std::size_t numbers(std::string_view line, std::size_t most) {
-    std::size_t count = 0;
-    for (std::string_view word = next_word(line); !word.empty() && count < most; word = next_word(line)) {
-      const std::optional<double> number = parse_number(word);
-      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)));
-      values_[count++] = *number;
-    }
-    return count;
-  }
-
-  /// x y z, then nothing, a weight, or a colour.
-  void add_position(std::string_view line) {
-    const std::size_t count = numbers(line.substr(0, line.find('#')), 7);
-    if (count < 3) fail(fmt::format("a vertex of {} numbers", count));
-    const double weight = count == 4 && values_[3] != 0 ? values_[3] : 1;
-    read_.positions.push_back((Eigen::Vector3d(values_[0], values_[1], values_[2]) * (scale_ / weight)).cast<float>());
-    if (count < 6 && read_.colors.empty()) return;
-    read_.colors.resize(read_.positions.size(), Eigen::Array4f::Zero());
-    if (count < 6) return;
-    read_.colors.back() << static_cast<float>(values_[3]), static_cast<float>(values_[4]),
-        static_cast<float>(values_[5]), 1;
-  }
-
-  /// The index that a corner names, from 1 or, below 0, from the last on; nothing where it names none.
-  std::optional<std::size_t> index(std::string_view word, std::size_t count, const char* what) const {
-    if (word.empty()) return std::nullopt;
-    const std::optional<double> number = parse_number(word);
-    if (!number || *number != std::floor(*number)) {
-      fail(fmt::format("'{}' is no corner of a face", word.substr(0, 20)));
-    }
-    const double from_zero = *number < 0 ? static_cast<double>(count) + *number : *number - 1;
-    if (!(from_zero >= 0 && from_zero < static_cast<double>(count))) {
-      fail(fmt::format("a face refers to {} {}, but there are {}", what, *number, count));
-    }
-    return static_cast<std::size_t>(from_zero);
-  }
-
-  void add_face(std::string_view line) {
-    ObjFace face{read_.corners.size(), 0, material_, true};
-    for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
-      const std::size_t slash = std::min(word.find('/'), word.size());
-      const auto position = index(word.substr(0, slash), read_.positions.size(), "vertex");
-      if (!position) fail(fmt::format("'{}' is no corner of a face", word.substr(0, 20)));
-      std::string_view second = word.substr(std::min(slash + 1, word.size()));
-      second = second.substr(0, second.find('/'));
-      const auto coordinate = index(second, read_.coordinates.size(), "texture coordinate");
-      face.textured = face.textured && coordinate.has_value();
-      read_.corners.push_back({*position, coordinate.value_or(kNone)});
-      ++face.count;
-    }
-    read_.faces.push_back(face);
-  }
-
-  void use(const std::string& name) {
-    const auto [known, is_new] = materials_.try_emplace(name, read_.material_names.size());
-    if (is_new) read_.material_names.push_back(name);
-    material_ = known->second;
-  }
-
-  const fs::path& path_;
-  double scale_;
-  int line_ = 1;
-  std::array<double, 7> values_{};
-  std::map<std::string, std::size_t> materials_;
-  std::size_t material_ = kNone;
-  ObjText read_;
-};
 
 /// The material files that a line after mtllib names: one whose name may have blanks, or several.
 std::vector<fs::path> material_files(const fs::path& model, const std::string& line) {
@@ -176,18 +37,27 @@ std::vector<fs::path> material_files(const fs::path& model, const std::string& l
     if (found) files.push_back(*found);
     return found.has_value();
   };
-  if (!add(line)) {
-    std::string_view rest = line;
+  const std::string uncommented(without_comment(line));
+  if (!add(line) && !add(uncommented)) {
+    std::string_view rest = uncommented;
     for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) add(std::string(word));
   }
   if (files.empty()) add(model.stem().string() + ".mtl");
   return files;
 }
 
+using Materials = std::map<std::string, NamedMaterial>;
+
+/// The material that a model names, with a comment behind the name or without; nullptr: there is none.
+const NamedMaterial* find_material(const Materials& materials, const std::string& name) {
+  auto found = materials.find(name);
+  if (found == materials.end()) found = materials.find(std::string(without_comment(name)));
+  return found == materials.end() ? nullptr : &found->second;
+}
+
 /// The materials that the model's files define, by name, the first of a name. `remarks`: what is missing.
-std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const ObjText& text,
-                                                  std::vector<std::string>& remarks) {
-  std::map<std::string, NamedMaterial> materials;
+Materials materials_of(const fs::path& model, const ObjText& text, std::vector<std::string>& remarks) {
+  Materials materials;
   std::set<fs::path> read;
   for (const std::string& line : text.libraries) {
     const std::vector<fs::path> files = material_files(model, line);
@@ -203,6 +73,9 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
       }
     }
   }
+  for (const auto& [name, material] : Materials(materials)) {
+    materials.try_emplace(std::string(without_comment(name)), material);
+  }
   if (text.libraries.empty() && !text.material_names.empty()) {
     remarks.push_back(
         fmt::format("model '{}' uses the material '{}', but names no material file (mtllib): it is taken "
@@ -210,7 +83,7 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
                     model.string(), text.material_names.front()));
   }
   for (const std::string& name : text.material_names) {
-    if (!read.empty() && !materials.contains(name)) {
+    if (!read.empty() && find_material(materials, name) == nullptr) {
       remarks.push_back(
           fmt::format("model '{}' uses the material '{}', which its material file lacks: it is taken as "
                       "plain",
@@ -221,7 +94,10 @@ std::map<std::string, NamedMaterial> materials_of(const fs::path& model, const O
 }
 
 fs::path texture_file(const fs::path& model, const NamedMaterial& material) {
-  return find_texture(model, material.map->name, {material.file.parent_path()});
+  const fs::path folder = material.file.parent_path();
+  const std::string& name = material.map->name;
+  const bool whole = named_file(name, {folder, model.parent_path()}).has_value();
+  return find_texture(model, whole ? name : std::string(without_comment(name)), {folder});
 }
 
 /// Makes the mesh of what the files say.
@@ -271,8 +147,7 @@ class ObjMesh {
  private:
   const NamedMaterial* named(const ObjFace& face) const {
     if (face.material == kNone) return nullptr;
-    const auto found = materials_.find(text_.material_names[face.material]);
-    return found == materials_.end() ? nullptr : &found->second;
+    return find_material(materials_, text_.material_names[face.material]);
   }
 
   const MaterialMap* map_of(const ObjFace& face) const {
@@ -303,14 +178,9 @@ class ObjMesh {
   std::uint32_t material_of(const ObjFace& face, bool textured) {
     const auto [known, is_new] = made_.try_emplace({face.material, textured}, 0);
     if (is_new) {
-      Material material;
-      if (face.material != kNone) material.name = text_.material_names[face.material];
-      Wrapping wrapping;
-      if (textured) {
-        material.texture = load_texture(texture_file(path_, *named(face)));
-        wrapping = map_of(face)->wrapping;
-      }
-      known->second = assembly_->add_material(std::move(material), wrapping);
+      const std::string name = face.material != kNone ? text_.material_names[face.material] : "";
+      known->second = textured ? assembly_->add_picture(texture_file(path_, *named(face)), name, map_of(face)->wrapping)
+                               : assembly_->add_material({name, {}});
     }
     return known->second;
   }
@@ -339,7 +209,7 @@ class ObjMesh {
 
   const fs::path& path_;
   const ObjText& text_;
-  std::map<std::string, NamedMaterial> materials_;
+  Materials materials_;
   bool by_material_ = false;  ///< colours are those of materials
   float most_ = 0;            ///< of the file's colours of vertices
   std::optional<MeshAssembly> assembly_;
@@ -349,7 +219,7 @@ class ObjMesh {
 }  // namespace
 
 Mesh load_obj(const fs::path& path, double scale, std::vector<std::string>& remarks) {
-  const ObjText text = ObjParser(path, scale).parse();
+  const ObjText text = parse_obj(path, scale);
   return ObjMesh(path, text, remarks).make();
 }
 

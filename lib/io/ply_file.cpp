@@ -247,8 +247,14 @@ Face read_face(Values& values, const Element& element) {
 /// Adds faces to a mesh, each checked.
 class Faces {
  public:
-  Faces(MeshAssembly& assembly, std::size_t textures, bool textured_vertices, const fs::path& path)
-      : assembly_(assembly), textures_(textures), textured_vertices_(textured_vertices), path_(path) {}
+  /// `materials`: of the textures, then the one without.
+  Faces(MeshAssembly& assembly, const std::vector<std::uint32_t>& materials, bool textured_vertices,
+        const fs::path& path)
+      : assembly_(assembly),
+        materials_(materials),
+        textures_(materials.size() - 1),
+        textured_vertices_(textured_vertices),
+        path_(path) {}
 
   void add(const Face& face, const std::vector<Vertex>& vertices) {
     std::vector<double> coordinates = face.coordinates;
@@ -272,10 +278,9 @@ class Faces {
       positions_.push_back(corner.position);
       corners_.push_back(corner);
     }
-    // `textures_`: the material without one.
-    const std::size_t material = textured ? static_cast<std::size_t>(face.texture) : textures_;
+    const std::uint32_t material = materials_[textured ? static_cast<std::size_t>(face.texture) : textures_];
     for (const auto& [a, b, c] : triangles_of_polygon(positions_)) {
-      assembly_.add_triangle({corners_[a], corners_[b], corners_[c]}, static_cast<std::uint32_t>(material));
+      assembly_.add_triangle({corners_[a], corners_[b], corners_[c]}, material);
     }
   }
 
@@ -303,6 +308,7 @@ class Faces {
   }
 
   MeshAssembly& assembly_;
+  const std::vector<std::uint32_t>& materials_;
   std::size_t textures_;
   bool textured_vertices_;
   const fs::path& path_;
@@ -363,15 +369,17 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
                     path.string()));
   }
   MeshAssembly assembly(with_coordinates && !header.textures.empty(), with_colors);
+  std::vector<std::uint32_t> materials;
+  std::uint32_t untextured = 0;
   for (const std::string& texture : header.textures) {
-    if (with_coordinates) {
-      assembly.add_material({fs::path(texture).stem().string(), load_texture(find_texture(path, texture))});
-    }
+    if (!with_coordinates) break;
+    materials.push_back(assembly.add_picture(find_texture(path, texture), fs::path(texture).stem().string()));
+    untextured = std::max(untextured, materials.back() + 1);
   }
-  const std::size_t textures = with_coordinates ? header.textures.size() : 0;
+  materials.push_back(untextured);
 
   Values values(std::string_view(bytes).substr(header.size), header.encoding, path);
-  Faces faces(assembly, textures, textured_vertices, path);
+  Faces faces(assembly, materials, textured_vertices, path);
   std::vector<Vertex> vertices;
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
@@ -382,7 +390,7 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
   }
   Mesh mesh = assembly.take();
   if (std::any_of(mesh.triangle_materials.begin(), mesh.triangle_materials.end(),
-                  [textures](std::uint32_t material) { return material == textures; })) {
+                  [untextured](std::uint32_t material) { return material == untextured; })) {
     mesh.materials.push_back({"untextured", {}});
   }
   return mesh;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <vector>
 
 #include "holdfast/mesh.hpp"
@@ -12,7 +13,7 @@ enum class Wrap { repeat, mirror, clamp };
 struct Wrapping {
   Wrap u = Wrap::repeat;
   Wrap v = Wrap::repeat;
-  bool operator==(const Wrapping&) const = default;
+  auto operator<=>(const Wrapping&) const = default;
 };
 
 /// Draws a material's texture so large that these coordinates, which change with it, show the same where it is
