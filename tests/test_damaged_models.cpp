@@ -148,25 +148,6 @@ TEST_CASE("STL: cut anywhere, in text and bytes, it is refused or what is whole 
               "two.stl", "line 4");
 }
 
-TEST_CASE("STL: colours of facets, in the order of either program that writes them") {
-  const TemporaryFolder folder;
-  using Color = std::array<std::uint8_t, 4>;
-  constexpr std::uint16_t low = 0x8000 | 31, none = 0;
-  const auto colors = [&](const std::string& header, std::uint16_t first, std::uint16_t second) {
-    return io::load_model(folder.write("colors.stl", binary_stl(header, {first, second}))).colors;
-  };
-  CHECK(colors("", none, none).empty());
-  CHECK(colors("COLOR=abcd", none, none).empty());
-  std::vector<Color> seen = colors("", low, none);
-  REQUIRE(seen.size() == 6);  // corners of two colours are two vertices
-  CHECK(seen.front() == Color{0, 0, 255, 255});
-  CHECK(seen.back() == Color{153, 153, 153, 255});
-  seen = colors("COLOR=abcd", low, none);
-  REQUIRE(seen.size() == 6);
-  CHECK(seen.front() == Color{255, 0, 0, 255});
-  CHECK(seen.back() == Color{'a', 'b', 'c', 'd'});
-}
-
 TEST_CASE("Indices that no vertex has are refused in every format") {
   const TemporaryFolder folder;
   for (const std::int32_t index : {4, 70000, -1, -2147483647}) {
