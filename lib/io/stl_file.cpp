@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
@@ -41,25 +41,32 @@ class StlReader {
   Mesh read() {
     const std::uint64_t facets = text_.size() < kBegin ? 0 : little_endian(text_.substr(kHeader, 4));
     const std::uint64_t whole = kBegin + kFacet * facets;
-    std::string_view first, rest = text_;
-    while (trimmed(first).empty() && next_line(rest, first)) {
-    }
-    const bool is_text = lower_word(first) == "solid" && text_.size() != whole;  // binary files may say so too
+    // Binary files may begin with "solid" too, and have more behind the facets. Of a text the count, in letters, is of
+    // more facets than any file holds.
+    const bool is_text = text_.size() < whole && begins_as_text();
     if (is_text) return read_text();
     if (text_.size() < whole) fail(fmt::format("it has {} of {} bytes", text_.size(), whole));
     return read_binary(static_cast<std::size_t>(facets));
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  [[noreturn]] void fail(const std::string& reason) const { fail_model(path_, reason); }
+
+  bool begins_as_text() const {
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    std::string_view first, rest = text_;
+    if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+    while (trimmed(first).empty() && next_line(rest, first)) {
+    }
+    const bool has_zeros =
+        text_.substr(0, kBegin).find('\0') != text_.npos;  // as the count of a binary file that is cut
+    return lower_word(first) == "solid" && !has_zeros;
   }
 
   Mesh read_text() {
     MeshAssembly assembly(false, false);
     std::vector<Eigen::Vector3f> corners;
-    bool in_facet = false;
+    bool in_solid = true, in_facet = false;
     int number = 0;
     for (std::string_view rest = text_, line; next_line(rest, line);) {
       ++number;
@@ -75,9 +82,11 @@ class StlReader {
           assembly.add_triangle({Vertex{corners[a], {}, {}}, {corners[b], {}, {}}, {corners[c], {}, {}}}, 0);
         }
         in_facet = false;
+      } else if (word == "solid" || word == "endsolid") {
+        in_solid = word == "solid";
       }
     }
-    if (in_facet) fail("it ends early");
+    if (in_facet || in_solid) fail("it ends before 'endsolid'");
     return assembly.take();
   }
 

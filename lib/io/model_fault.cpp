@@ -1,0 +1,13 @@
+#include "io/model_fault.hpp"
+
+#include <fmt/format.h>
+
+#include "holdfast/error.hpp"
+
+namespace holdfast::io {
+
+void fail_model(const std::filesystem::path& path, const std::string& reason, const std::string& advice) {
+  throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read ({}): {}", path.string(), reason, advice));
+}
+
+}  // namespace holdfast::io
