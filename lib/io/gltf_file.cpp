@@ -17,6 +17,7 @@
 #include "io/gltf_document.hpp"
 #include "io/gltf_look.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 
 namespace holdfast::io {
 namespace {
@@ -82,7 +83,8 @@ class GltfReader {
     while (!open.empty()) {
       const auto [index, T_object_parent] = open.back();
       open.pop_back();
-      if (!seen.insert(index).second) document_.fail(fmt::format("its node {} stands in the scene twice", index));
+      if (!seen.insert(index).second)
+        document_.fail(fmt::format("its node {} stands in the scene twice", index), kExportAnew);
       const json& node = document_.item("nodes", index);
       const Eigen::Affine3d T_object_node = T_object_parent * transform(node);
       if (const auto mesh = document_.index(node, "mesh")) collect_primitives(*mesh, node, T_object_node);
@@ -94,7 +96,7 @@ class GltfReader {
     if (node.contains("skin")) remark("its skin is not supported, the mesh is taken unbent");
     for (const json& primitive : document_.list(document_.item("meshes", mesh), "primitives")) {
       if (document_.part(primitive, "extensions").contains("KHR_draco_mesh_compression")) {
-        document_.fail("it is compressed with KHR_draco_mesh_compression, which is not supported; export it without");
+        document_.fail("it is compressed with KHR_draco_mesh_compression, which is not supported", "export it without");
       }
       parts_.push_back({&primitive, T_object_node, document_.index(primitive, "material").value_or(kNone)});
     }
@@ -103,7 +105,7 @@ class GltfReader {
   std::vector<std::size_t> indices(const json& object, const char* key) const {
     std::vector<std::size_t> result;
     for (const json& value : document_.list(object, key)) {
-      if (!value.is_number_unsigned()) document_.fail(fmt::format("its '{}' is no list of indices", key));
+      if (!value.is_number_unsigned()) document_.fail(fmt::format("its '{}' is no list of indices", key), kExportAnew);
       result.push_back(value.get<std::size_t>());
     }
     return result;
@@ -208,7 +210,8 @@ class GltfReader {
       std::array<Vertex, 3> triangle;
       for (std::size_t k = 0; k < 3; ++k) {
         if (corners[k] >= vertices.size()) {
-          document_.fail(fmt::format("a face refers to vertex {}, but there are {}", corners[k], vertices.size()));
+          document_.fail(fmt::format("a face refers to vertex {}, but there are {}", corners[k], vertices.size()),
+                         kExportAnew);
         }
         triangle[k] = vertices[corners[k]];
       }
@@ -226,7 +229,9 @@ class GltfReader {
     const bool lacking = positions.components != 3 ||
                          (textured && (coordinates.count() < vertices.size() || coordinates.components != 2)) ||
                          (colors.components != 0 && (colors.count() < vertices.size() || colors.components < 3));
-    if (lacking) document_.fail("a primitive's attributes are not of one length, or of another kind than they must be");
+    if (lacking)
+      document_.fail("a primitive's attributes are not of one length, or of another kind than they must be",
+                     kExportAnew);
     if (textured &&
         std::any_of(colors.values.begin(), colors.values.end(), [](float value) { return value < 0.99F; })) {
       remark("colours of vertices beside a texture are not supported, the texture is taken alone");

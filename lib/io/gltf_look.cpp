@@ -7,6 +7,7 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/model_fault.hpp"
 #include "io/named_file.hpp"
 #include "io/texture_file.hpp"
 
@@ -112,7 +113,7 @@ Texture gltf_texture(GltfDocument& document, const GltfLook& look) {
   Texture texture;
   if (!uri.is_string()) {
     const auto view = document.index(image, "bufferView");
-    if (!view) document.fail(fmt::format("its image {} has no data", look.image.value_or(0)));
+    if (!view) document.fail(fmt::format("its image {} has no data", look.image.value_or(0)), kExportAnew);
     const std::string_view bytes = document.view(*view);
     texture = decode_texture(bytes.data(), bytes.size(), name);
   } else if (const auto bytes = document.embedded(uri.get<std::string>())) {

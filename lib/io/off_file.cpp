@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
 #include "io/color_range.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
@@ -52,9 +52,9 @@ class OffReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  template <class... Advice>
+  [[noreturn]] void fail(const std::string& reason, const Advice&... advice) const {
+    fail_model(path_, reason, advice...);
   }
 
   /// The next line that holds anything but a comment; empty at the end.
@@ -77,12 +77,12 @@ class OffReader {
     }
     word.remove_suffix(3);
     if (word.find_first_not_of("STCN") != word.npos) {
-      fail(fmt::format("'{}OFF' is a kind of OFF that is not supported; export OFF or COFF", word));
+      fail(fmt::format("'{}OFF' is a kind of OFF that is not supported", word), "export OFF or COFF");
     }
     layout.coordinates = word.starts_with("ST");
     layout.colors = word.find('C') != word.npos;
     layout.normals = word.find('N') != word.npos;
-    if (trimmed(line).starts_with("BINARY")) fail("binary OFF is not supported; export it as text");
+    if (trimmed(line).starts_with("BINARY")) fail("binary OFF is not supported", "export it as text");
     if (!trimmed(line).empty())
       rest_ = {line.data(), static_cast<std::size_t>(bytes_.data() + bytes_.size() - line.data())};
     return layout;
@@ -93,7 +93,7 @@ class OffReader {
     std::vector<double> numbers;
     for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
       const std::optional<double> number = parse_number(word);
-      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)));
+      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)), advice_on_number(word));
       numbers.push_back(*number);
     }
     if (numbers.empty()) fail("it ends early");
@@ -164,7 +164,8 @@ class OffReader {
     std::vector<Eigen::Vector3f> positions;
     for (std::size_t i = 1; i <= corners; ++i) {
       if (!(values[i] >= 0 && values[i] < static_cast<double>(vertices_.size()))) {
-        fail(fmt::format("face {} refers to vertex {}, but there are {}", index, values[i], vertices_.size()));
+        fail(fmt::format("face {} refers to vertex {}, but there are {}", index, values[i], vertices_.size()),
+             kExportAnew);
       }
       polygon.push_back(vertices_[static_cast<std::size_t>(values[i])]);
       if (!own.empty()) polygon.back().color = color(own);

@@ -11,10 +11,10 @@
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "io/color_range.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/named_file.hpp"
 #include "io/ply_header.hpp"
 #include "io/ply_values.hpp"
@@ -195,12 +195,15 @@ class Faces {
   void add(const Face& face, const std::vector<Vertex>& vertices) {
     std::vector<double> coordinates = face.coordinates;
     if (!coordinates.empty() && coordinates.size() != 2 * face.indices.size()) {
-      fail_ply(path_,
-               fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), coordinates.size()));
+      fail_model(
+          path_,
+          fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), coordinates.size()),
+          kExportAnew);
     }
     const bool textured = textures_ > 0 && (textured_vertices_ || !coordinates.empty());
     if (textured && face.texture >= static_cast<double>(textures_)) {
-      fail_ply(path_, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures_));
+      fail_model(path_, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures_),
+                 kExportAnew);
     }
     corners_.clear();
     positions_.clear();
@@ -239,7 +242,8 @@ class Faces {
  private:
   const Vertex& vertex(const std::vector<Vertex>& vertices, double index) const {
     if (!(index >= 0 && index < static_cast<double>(vertices.size()))) {
-      fail_ply(path_, fmt::format("a face refers to vertex {}, but there are {}", index, vertices.size()));
+      fail_model(path_, fmt::format("a face refers to vertex {}, but there are {}", index, vertices.size()),
+                 kExportAnew);
     }
     return vertices[static_cast<std::size_t>(index)];
   }
@@ -289,10 +293,11 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
   const bool with_colors = vertices_have(Meaning::red) || (face_element != nullptr && has(*face_element, Meaning::red));
   const bool with_coordinates = textured_vertices || textured_faces;
   if (!(vertices_have(Meaning::x) && vertices_have(Meaning::y) && vertices_have(Meaning::z))) {
-    fail_ply(path, "its header has no element 'vertex' with the properties x, y and z");
+    fail_model(path, "its header has no element 'vertex' with the properties x, y and z", kExportAnew);
   }
   if (face_element != nullptr && face_element < vertex_element) {
-    fail_ply(path, "its faces stand before its vertices, which is not supported");
+    fail_model(path, "its faces stand before its vertices, which is not supported",
+               "export it with the vertices first");
   }
   if (!with_coordinates && !header.textures.empty()) {
     remarks.push_back(fmt::format(

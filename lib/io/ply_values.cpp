@@ -9,6 +9,7 @@
 #include <iterator>
 #include <optional>
 
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 
 namespace holdfast::io {
@@ -18,7 +19,7 @@ using Type = PlyHeader::Type;
 void PlyValues::next(const PlyHeader::Property& property, std::vector<double>& values) {
   const double count = property.count_type ? next(*property.count_type) : 1;
   if (!(count >= 0 && count <= static_cast<double>(data_.size()))) {
-    fail_ply(*path_, fmt::format("a list '{}' of {} values", property.name, count));
+    fail_model(*path_, fmt::format("a list '{}' of {} values", property.name, count));
   }
   values.clear();
   for (double i = 0; i < count; ++i) {
@@ -29,13 +30,13 @@ void PlyValues::next(const PlyHeader::Property& property, std::vector<double>& v
 double PlyValues::next_word() {
   data_.remove_prefix(std::min(data_.find_first_not_of(" \t\r\n"), data_.size()));
   if (data_.empty()) {
-    fail_ply(*path_, "it ends early");
+    fail_model(*path_, "it ends early");
   }
   const std::string_view word = data_.substr(0, data_.find_first_of(" \t\r\n"));
   data_.remove_prefix(word.size());
   const std::optional<double> value = parse_number(word);
   if (!value) {
-    fail_ply(*path_, fmt::format("'{}' is not a number", word.substr(0, 20)));
+    fail_model(*path_, fmt::format("'{}' is not a number", word.substr(0, 20)), advice_on_number(word));
   }
   return *value;
 }
@@ -44,7 +45,7 @@ template <class Stored>
 double PlyValues::next_stored() {
   char bytes[sizeof(Stored)];
   if (data_.size() < sizeof(Stored)) {
-    fail_ply(*path_, "it ends early");
+    fail_model(*path_, "it ends early");
   }
   std::memcpy(bytes, data_.data(), sizeof(Stored));
   data_.remove_prefix(sizeof(Stored));
@@ -77,7 +78,7 @@ double PlyValues::next(Type type) {
     case Type::float64:
       return next_stored<double>();
   }
-  fail_ply(*path_, "unknown type");
+  fail_model(*path_, "unknown type");
 }
 
 }  // namespace holdfast::io

@@ -50,7 +50,10 @@ class StlReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const { fail_model(path_, reason); }
+  template <class... Advice>
+  [[noreturn]] void fail(const std::string& reason, const Advice&... advice) const {
+    fail_model(path_, reason, advice...);
+  }
 
   bool begins_as_text() const {
     constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
@@ -72,7 +75,7 @@ class StlReader {
       ++number;
       const std::string word = lower_word(line);
       if (word == "facet") {
-        if (in_facet) fail(fmt::format("line {}: a facet within a facet", number));
+        if (in_facet) fail(fmt::format("line {}: a facet within a facet", number), kExportAnew);
         in_facet = true;
         corners.clear();
       } else if (word == "vertex" && in_facet) {
@@ -95,7 +98,7 @@ class StlReader {
     for (double& value : position) {
       const std::string_view word = next_word(line);
       const std::optional<double> read = parse_number(word);
-      if (!read) fail(fmt::format("line {}: '{}' is not a number", number, word.substr(0, 20)));
+      if (!read) fail(fmt::format("line {}: '{}' is not a number", number, word.substr(0, 20)), advice_on_number(word));
       value = *read;
     }
     return (position * scale_).cast<float>();
