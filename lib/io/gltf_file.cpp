@@ -32,6 +32,7 @@ struct Part {
   const json* primitive = nullptr;
   Eigen::Affine3d T_object_part = Eigen::Affine3d::Identity();
   std::size_t material = kNone;
+  std::vector<double> weights;  ///< of its morph targets
 };
 
 class GltfReader {
@@ -93,13 +94,26 @@ class GltfReader {
   }
 
   void collect_primitives(std::size_t mesh, const json& node, const Eigen::Affine3d& T_object_node) {
-    if (node.contains("skin")) remark("its skin is not supported, the mesh is taken unbent");
-    for (const json& primitive : document_.list(document_.item("meshes", mesh), "primitives")) {
+    const bool skinned = node.contains("skin");
+    if (skinned) remark("its skin is not supported, the mesh is taken unbent");
+    if (document_.part(node, "extensions").contains("EXT_mesh_gpu_instancing")) {
+      remark("its instances (EXT_mesh_gpu_instancing) are not supported, the mesh is taken once: export them as nodes");
+    }
+    // Joints place a skinned mesh, and the transform of its node does not count.
+    const Eigen::Affine3d T_object_part = skinned ? Eigen::Affine3d::Identity() : T_object_node;
+    const json& described = document_.item("meshes", mesh);
+    const std::vector<double> weights = weights_of(node.contains("weights") ? node : described);
+    for (const json& primitive : document_.list(described, "primitives")) {
       if (document_.part(primitive, "extensions").contains("KHR_draco_mesh_compression")) {
         document_.fail("it is compressed with KHR_draco_mesh_compression, which is not supported", "export it without");
       }
-      parts_.push_back({&primitive, T_object_node, document_.index(primitive, "material").value_or(kNone)});
+      parts_.push_back({&primitive, T_object_part, document_.index(primitive, "material").value_or(kNone), weights});
     }
+  }
+
+  std::vector<double> weights_of(const json& owner) const {
+    const std::size_t count = document_.list(owner, "weights").size();
+    return document_.numbers(owner, "weights", std::vector<double>(count));
   }
 
   std::vector<std::size_t> indices(const json& object, const char* key) const {
@@ -174,6 +188,8 @@ class GltfReader {
           fmt::format("the texture of material '{}' is what it emits (emissiveTexture), which is not supported: make "
                       "it the base colour",
                       seen.name));
+    } else if (seen.lacks_image) {
+      remark(fmt::format("the texture of material '{}' names no picture, it is not seen", seen.name));
     }
   }
 
@@ -219,9 +235,26 @@ class GltfReader {
     }
   }
 
+  /// Moves positions as far as the file's weights of morph targets say.
+  void morph(const Part& part, GltfValues& positions) {
+    const json& targets = document_.list(*part.primitive, "targets");
+    for (std::size_t i = 0; i < std::min(targets.size(), part.weights.size()); ++i) {
+      const auto accessor = document_.index(targets[i], "POSITION");
+      if (!accessor || part.weights[i] == 0) continue;
+      const GltfValues moved = document_.values(*accessor);
+      if (moved.values.size() != positions.values.size()) {
+        document_.fail("a morph target is not of its primitive's length", kExportAnew);
+      }
+      for (std::size_t k = 0; k < moved.values.size(); ++k) {
+        positions.values[k] += static_cast<float>(part.weights[i] * moved.values[k]);
+      }
+    }
+  }
+
   std::vector<Vertex> vertices_of(const Part& part, std::size_t position_accessor, bool textured) {
     const GltfLook& seen = look(part.material);
-    const GltfValues positions = document_.values(position_accessor);
+    GltfValues positions = document_.values(position_accessor);
+    morph(part, positions);
     std::vector<Vertex> vertices(positions.count());
     GltfValues coordinates, colors;
     if (textured) coordinates = document_.values(*attribute(part, coordinate_name(part)));

@@ -62,6 +62,7 @@ void read_texture(const GltfDocument& document, const json& use, GltfLook& look)
   if (!index) return;
   const json& texture = document.item("textures", *index);
   look.image = image_of(document, texture);
+  look.lacks_image = !look.image.has_value();
   look.coordinate_set = document.index(use, "texCoord").value_or(0);
   read_transform(document, use, look);
   if (const auto sampler = document.index(texture, "sampler")) {
