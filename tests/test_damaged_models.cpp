@@ -127,44 +127,38 @@ TEST_CASE("STL: cut anywhere, in text and bytes, it is refused or what is whole 
   for (std::size_t length = 0; length < text.size(); ++length) {
     CAPTURE(length);
     const std::string cut = text.substr(0, length);
-    const auto facets = [&cut](const std::string& word) {
-      std::size_t count = 0;
-      for (std::size_t at = 0; (at = cut.find(word, at)) != cut.npos; ++at) ++count;
-      return count;
-    };
-    const std::size_t begun = facets("\nfacet"), ended = facets("endfacet");
     const auto path = folder.write("cut.stl", cut);
-    if (begun == ended && ended > 0) {
-      CHECK(io::load_model(path).triangles.size() == ended);
+    if (cut.find("endsolid") != cut.npos) {
+      CHECK(io::load_model(path).triangles.size() == 2);
     } else {
       const test::CaughtError error = test::error_of([&] { (void)io::load_model(path); });
       CHECK(error.thrown);
       CHECK(error.message.find("cut.stl") != std::string::npos);
     }
   }
+  // A cut after a whole facet, and one in a second solid.
+  const std::string facet = text.substr(0, text.find("endfacet") + 9);
+  CHECK_ERROR(io::load_model(folder.write("facet.stl", facet)), ErrorCode::file, "facet.stl", "endsolid", "complete");
+  CHECK_ERROR(io::load_model(folder.write("second.stl", text + facet)), ErrorCode::file, "endsolid");
+  CHECK(io::load_model(folder.write("both.stl", text + text)).triangles.size() == 2 * 2);
   CHECK_ERROR(io::load_model(folder.write("n.stl", "solid a\nfacet\nvertex 0 x 0\nendfacet\n")), ErrorCode::file,
               "n.stl", "line 3", "'x'");
   CHECK_ERROR(io::load_model(folder.write("two.stl", "solid a\nfacet\nvertex 0 0 0\nfacet\n")), ErrorCode::file,
               "two.stl", "line 4");
 }
 
-TEST_CASE("STL: colours of facets, in the order of either program that writes them") {
+TEST_CASE("STL: text and bytes are told apart, whatever stands before and behind") {
   const TemporaryFolder folder;
-  using Color = std::array<std::uint8_t, 4>;
-  constexpr std::uint16_t low = 0x8000 | 31, none = 0;
-  const auto colors = [&](const std::string& header, std::uint16_t first, std::uint16_t second) {
-    return io::load_model(folder.write("colors.stl", binary_stl(header, {first, second}))).colors;
-  };
-  CHECK(colors("", none, none).empty());
-  CHECK(colors("COLOR=abcd", none, none).empty());
-  std::vector<Color> seen = colors("", low, none);
-  REQUIRE(seen.size() == 6);  // corners of two colours are two vertices
-  CHECK(seen.front() == Color{0, 0, 255, 255});
-  CHECK(seen.back() == Color{153, 153, 153, 255});
-  seen = colors("COLOR=abcd", low, none);
-  REQUIRE(seen.size() == 6);
-  CHECK(seen.front() == Color{255, 0, 0, 255});
-  CHECK(seen.back() == Color{'a', 'b', 'c', 'd'});
+  const std::string binary = binary_stl("solid in name", {0, 0});
+  for (const std::string& whole :
+       {"\xef\xbb\xbf" + text_stl(), "\r\n " + text_stl(), binary + std::string(2, '\0'), binary + "solid"}) {
+    CHECK(io::load_model(folder.write("m.stl", whole)).triangles.size() == 2);
+  }
+  std::string padded = binary;
+  std::fill_n(padded.begin() + 13, 80 - 13, '\0');
+  CHECK(io::load_model(folder.write("m.stl", padded + "\r\n")).triangles.size() == 2);
+  CHECK_ERROR(io::load_model(folder.write("cut.stl", padded.substr(0, 180))), ErrorCode::file, "cut.stl",
+              "180 of 184 bytes");
 }
 
 TEST_CASE("Indices that no vertex has are refused in every format") {

@@ -241,6 +241,18 @@ std::vector<Feature> gltf_features() {
        Outcome::warned, kPlain});
   features.push_back({"glTF 2.0", "emissiveTexture alone", "m.gltf",
                       gltf(R"({"emissiveTexture":{"index":0}})", picture(".png")), Outcome::warned, kPlain});
+  const auto with_node = [&](const std::string& what) {
+    std::map<std::string, std::string> files = gltf(textured, picture(".png"));
+    std::string& text = files["m.gltf"];
+    const std::string node = R"({"mesh":0})";
+    text.replace(text.find(node), node.size(), R"({"mesh":0,)" + what + "}");
+    return files;
+  };
+  features.push_back(
+      {"glTF 2.0", "a texture without a picture", "m.gltf", gltf(textured, "", "{}"), Outcome::warned, kPlain});
+  features.push_back({"glTF 2.0", "a skin", "m.gltf", with_node(R"("skin":0)"), Outcome::warned, kTextured});
+  features.push_back({"glTF 2.0", "EXT_mesh_gpu_instancing, not required", "m.gltf",
+                      with_node(R"("extensions":{"EXT_mesh_gpu_instancing":{}})"), Outcome::warned, kTextured});
   for (const char* name : {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu"}) {
     features.push_back(
         {"glTF 2.0", name, "m.gltf", gltf(textured, picture(".png"), plain, required(name)), Outcome::refused, {}});

@@ -9,8 +9,8 @@
 #include <type_traits>
 #include <utility>
 
-#include "holdfast/error.hpp"
 #include "io/json_text.hpp"
+#include "io/model_fault.hpp"
 #include "io/named_file.hpp"
 #include "io/text_file.hpp"
 
@@ -116,17 +116,16 @@ float component(int type, const char* bytes, bool normalized) {
 
 }  // namespace
 
-void GltfDocument::fail(const std::string& reason) const {
-  throw Error(ErrorCode::file,
-              fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+void GltfDocument::fail(const std::string& reason, const std::string& advice) const {
+  fail_model(path_, reason, advice);
 }
 
 GltfDocument::GltfDocument(const fs::path& path) : path_(path) {
   read_container(read_text_file(path, "model"));
-  if (!root_.is_object()) fail("it is no glTF document");
+  if (!root_.is_object()) fail("it is no glTF document", kExportAnew);
   const json& version = part(part(root_, "asset"), "version");
   if (!version.is_string() || !version.get_ref<const std::string&>().starts_with("2")) {
-    fail("it is not of glTF version 2; export it as that");
+    fail("it is not of glTF version 2", "export it as that");
   }
 }
 
@@ -134,7 +133,7 @@ void GltfDocument::read_container(const std::string& bytes) {
   std::string_view text = bytes;
   if (text.starts_with("glTF")) {
     if (bytes.size() < 20) fail("it ends early");
-    if (little_endian(text.substr(4)) != 2) fail("it is not of glTF version 2; export it as that");
+    if (little_endian(text.substr(4)) != 2) fail("it is not of glTF version 2", "export it as that");
     const std::size_t length = little_endian(text.substr(12));
     if (text.substr(16, 4) != "JSON" || length > bytes.size() - 20) {
       fail(fmt::format("its first chunk of {} bytes is no document, or ends early", length));
@@ -178,14 +177,14 @@ std::optional<std::size_t> GltfDocument::index(const json& object, const char* k
   if (!object.is_object() || !object.contains(key)) return std::nullopt;
   const json& value = object[key];
   if (!value.is_number() || !(value.get<double>() >= 0 && value.get<double>() < 1e15)) {
-    fail(fmt::format("its '{}' is no number from 0 on", key));
+    fail(fmt::format("its '{}' is no number from 0 on", key), kExportAnew);
   }
   return static_cast<std::size_t>(value.get<double>());
 }
 
 double GltfDocument::number(const json& object, const char* key, double otherwise) const {
   if (!object.is_object() || !object.contains(key)) return otherwise;
-  if (!object[key].is_number()) fail(fmt::format("its '{}' is no number", key));
+  if (!object[key].is_number()) fail(fmt::format("its '{}' is no number", key), kExportAnew);
   return object[key].get<double>();
 }
 
@@ -194,14 +193,15 @@ std::vector<double> GltfDocument::numbers(const json& object, const char* key, s
   const json& list = object[key];
   const bool good = list.is_array() && list.size() == otherwise.size() &&
                     std::all_of(list.begin(), list.end(), [](const json& value) { return value.is_number(); });
-  if (!good) fail(fmt::format("its '{}' is no list of {} numbers", key, otherwise.size()));
+  if (!good) fail(fmt::format("its '{}' is no list of {} numbers", key, otherwise.size()), kExportAnew);
   return list.get<std::vector<double>>();
 }
 
 std::optional<std::string> GltfDocument::embedded(const std::string& uri) const {
   if (!uri.starts_with("data:")) return std::nullopt;
   const std::size_t comma = uri.find(',');
-  if (comma == uri.npos || uri.substr(0, comma).find("base64") == uri.npos) fail("it has a data URI without base64");
+  if (comma == uri.npos || uri.substr(0, comma).find("base64") == uri.npos)
+    fail("it has a data URI without base64", "export it as GLB");
   return decoded_base64(std::string_view(uri).substr(comma + 1));
 }
 
@@ -217,7 +217,8 @@ const std::string& GltfDocument::buffer(std::size_t index) {
     bytes = *std::move(data);
   } else {
     const auto file = named_file(uri.get<std::string>(), {path_.parent_path()});
-    if (!file) fail(fmt::format("its buffer file '{}' does not exist", uri.get<std::string>()));
+    if (!file)
+      fail(fmt::format("its buffer file '{}' does not exist", uri.get<std::string>()), "copy it beside the model");
     bytes = read_binary_file(*file, "buffer file");
   }
   const std::size_t length = this->index(described, "byteLength").value_or(0);
@@ -229,10 +230,10 @@ const std::string& GltfDocument::buffer(std::size_t index) {
 std::string_view GltfDocument::view(std::size_t index) {
   const json& described = item("bufferViews", index);
   if (part(described, "extensions").contains("EXT_meshopt_compression")) {
-    fail("it is compressed with EXT_meshopt_compression, which is not supported; export it without");
+    fail("it is compressed with EXT_meshopt_compression, which is not supported", "export it without");
   }
   const auto owner = this->index(described, "buffer");
-  if (!owner) fail(fmt::format("its bufferView {} names no buffer", index));
+  if (!owner) fail(fmt::format("its bufferView {} names no buffer", index), kExportAnew);
   const std::string& bytes = buffer(*owner);
   const std::size_t offset = this->index(described, "byteOffset").value_or(0);
   const std::size_t length = this->index(described, "byteLength").value_or(0);
@@ -245,7 +246,7 @@ std::string_view GltfDocument::view(std::size_t index) {
 std::string_view GltfDocument::elements(const json& owner, std::size_t offset, std::size_t size, std::size_t stride,
                                         std::size_t count) {
   const auto of = index(owner, "bufferView");
-  if (!of) fail("an accessor has no data");
+  if (!of) fail("an accessor has no data", kExportAnew);
   const std::string_view bytes = view(*of);
   const std::size_t needed = count == 0 ? 0 : (count - 1) * stride + size;
   if (offset > bytes.size() || needed > bytes.size() - offset) {
@@ -264,28 +265,35 @@ void GltfDocument::read_elements(const Layout& layout, std::string_view bytes, s
   }
 }
 
+void GltfDocument::require_few(std::size_t accessor, std::size_t count) const {
+  if (count <= kMostElements) return;
+  fail(fmt::format("its accessor {} has {} elements, more than {}", accessor, count, kMostElements),
+       "export it with fewer");
+}
+
 GltfValues GltfDocument::values(std::size_t accessor) {
   const json& described = item("accessors", accessor);
   const Layout layout{components_of(described), type_of(index(described, "componentType")),
                       part(described, "normalized") == json(true)};
   const std::size_t size = layout.components * bytes_of_type(layout.type);
   const std::size_t count = index(described, "count").value_or(0);
-  if (size == 0) fail(fmt::format("its accessor {} is of no kind that is supported", accessor));
+  if (size == 0) fail(fmt::format("its accessor {} is of no kind that is supported", accessor), kExportAnew);
   const bool sparse = part(described, "sparse").is_object() && described.contains("sparse");
   const auto of = index(described, "bufferView");
-  if (!of && !sparse) fail(fmt::format("its accessor {} has no data", accessor));
-  if (count > kMostElements) fail(fmt::format("its accessor {} is said to have {} elements", accessor, count));
+  if (!of && !sparse) fail(fmt::format("its accessor {} has no data", accessor), kExportAnew);
   GltfValues read{layout.components, {}};
   if (of) {
     std::size_t stride = index(item("bufferViews", *of), "byteStride").value_or(0);
     stride = stride == 0 ? size : stride;
-    if (stride < size || stride > 4096) fail(fmt::format("its bufferView {} has a stride of {}", *of, stride));
+    if (stride < size || stride > 4096)
+      fail(fmt::format("its bufferView {} has a stride of {}", *of, stride), kExportAnew);
     const std::string_view bytes = elements(described, index(described, "byteOffset").value_or(0), size, stride, count);
+    require_few(accessor, count);
     read.values.resize(count * layout.components);
     read_elements(layout, bytes, stride, count, read.values.data());
   } else {
     zeros_ += count;
-    if (zeros_ > kMostZeros) fail(fmt::format("it has no data for {} elements of its accessors", zeros_));
+    if (zeros_ > kMostZeros) fail(fmt::format("it has no data for {} elements of its accessors", zeros_), kExportAnew);
     read.values.resize(count * layout.components);
   }
   if (sparse) read_sparse(described, layout, read);
@@ -299,7 +307,7 @@ void GltfDocument::read_sparse(const json& accessor, const Layout& layout, GltfV
   const std::size_t count = index(sparse, "count").value_or(0);
   const Layout whole{1, type_of(index(where, "componentType")), false};
   const std::size_t index_size = bytes_of_type(whole.type), size = layout.components * bytes_of_type(layout.type);
-  if (index_size == 0 || count > values.count()) fail("a sparse accessor is of no kind that is supported");
+  if (index_size == 0 || count > values.count()) fail("a sparse accessor is of no kind that is supported", kExportAnew);
   const std::string_view places =
       elements(where, index(where, "byteOffset").value_or(0), index_size, index_size, count);
   const std::string_view bytes = elements(what, index(what, "byteOffset").value_or(0), size, size, count);
@@ -307,7 +315,8 @@ void GltfDocument::read_sparse(const json& accessor, const Layout& layout, GltfV
     std::uint32_t place = 0;
     for (std::size_t k = index_size; k-- > 0;)
       place = place << 8 | static_cast<unsigned char>(places[i * index_size + k]);
-    if (place >= values.count()) fail(fmt::format("a sparse accessor names element {} of {}", place, values.count()));
+    if (place >= values.count())
+      fail(fmt::format("a sparse accessor names element {} of {}", place, values.count()), kExportAnew);
     read_elements(layout, bytes.substr(i * size, size), size, 1, &values.values[place * layout.components]);
   }
 }
@@ -316,10 +325,11 @@ std::vector<std::uint32_t> GltfDocument::whole_values(std::size_t accessor) {
   const json& described = item("accessors", accessor);
   const int type = type_of(index(described, "componentType"));
   const std::size_t size = bytes_of_type(type), count = index(described, "count").value_or(0);
-  if (components_of(described) != 1 || (type != 5121 && type != 5123 && type != 5125) || count > kMostElements) {
-    fail(fmt::format("its accessor {} is no list of indices", accessor));
+  if (components_of(described) != 1 || (type != 5121 && type != 5123 && type != 5125)) {
+    fail(fmt::format("its accessor {} is no list of indices", accessor), kExportAnew);
   }
   const std::string_view bytes = elements(described, index(described, "byteOffset").value_or(0), size, size, count);
+  require_few(accessor, count);
   std::vector<std::uint32_t> indices(count);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = size; k-- > 0;) {

@@ -51,7 +51,7 @@ class GltfDocument {
   /// The files that buffers and images name, as far as they are there.
   std::vector<std::filesystem::path> named_files() const;
 
-  [[noreturn]] void fail(const std::string& reason) const;
+  [[noreturn]] void fail(const std::string& reason, const std::string& advice = "is the file complete?") const;
 
  private:
   struct Layout {
@@ -64,6 +64,7 @@ class GltfDocument {
   const std::string& buffer(std::size_t index);
   void read_elements(const Layout& layout, std::string_view bytes, std::size_t stride, std::size_t count,
                      float* values) const;
+  void require_few(std::size_t accessor, std::size_t count) const;
   void read_sparse(const nlohmann::json& accessor, const Layout& layout, GltfValues& values);
   /// The bytes of `count` elements of a view, from `offset` on, `stride` apart.
   std::string_view elements(const nlohmann::json& owner, std::size_t offset, std::size_t size, std::size_t stride,

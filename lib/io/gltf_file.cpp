@@ -17,6 +17,7 @@
 #include "io/gltf_document.hpp"
 #include "io/gltf_look.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 
 namespace holdfast::io {
 namespace {
@@ -31,6 +32,7 @@ struct Part {
   const json* primitive = nullptr;
   Eigen::Affine3d T_object_part = Eigen::Affine3d::Identity();
   std::size_t material = kNone;
+  std::vector<double> weights;  ///< of its morph targets
 };
 
 class GltfReader {
@@ -82,7 +84,8 @@ class GltfReader {
     while (!open.empty()) {
       const auto [index, T_object_parent] = open.back();
       open.pop_back();
-      if (!seen.insert(index).second) document_.fail(fmt::format("its node {} stands in the scene twice", index));
+      if (!seen.insert(index).second)
+        document_.fail(fmt::format("its node {} stands in the scene twice", index), kExportAnew);
       const json& node = document_.item("nodes", index);
       const Eigen::Affine3d T_object_node = T_object_parent * transform(node);
       if (const auto mesh = document_.index(node, "mesh")) collect_primitives(*mesh, node, T_object_node);
@@ -91,19 +94,32 @@ class GltfReader {
   }
 
   void collect_primitives(std::size_t mesh, const json& node, const Eigen::Affine3d& T_object_node) {
-    if (node.contains("skin")) remark("its skin is not supported, the mesh is taken unbent");
-    for (const json& primitive : document_.list(document_.item("meshes", mesh), "primitives")) {
-      if (document_.part(primitive, "extensions").contains("KHR_draco_mesh_compression")) {
-        document_.fail("it is compressed with KHR_draco_mesh_compression, which is not supported; export it without");
-      }
-      parts_.push_back({&primitive, T_object_node, document_.index(primitive, "material").value_or(kNone)});
+    const bool skinned = node.contains("skin");
+    if (skinned) remark("its skin is not supported, the mesh is taken unbent");
+    if (document_.part(node, "extensions").contains("EXT_mesh_gpu_instancing")) {
+      remark("its instances (EXT_mesh_gpu_instancing) are not supported, the mesh is taken once: export them as nodes");
     }
+    // Joints place a skinned mesh, and the transform of its node does not count.
+    const Eigen::Affine3d T_object_part = skinned ? Eigen::Affine3d::Identity() : T_object_node;
+    const json& described = document_.item("meshes", mesh);
+    const std::vector<double> weights = weights_of(node.contains("weights") ? node : described);
+    for (const json& primitive : document_.list(described, "primitives")) {
+      if (document_.part(primitive, "extensions").contains("KHR_draco_mesh_compression")) {
+        document_.fail("it is compressed with KHR_draco_mesh_compression, which is not supported", "export it without");
+      }
+      parts_.push_back({&primitive, T_object_part, document_.index(primitive, "material").value_or(kNone), weights});
+    }
+  }
+
+  std::vector<double> weights_of(const json& owner) const {
+    const std::size_t count = document_.list(owner, "weights").size();
+    return document_.numbers(owner, "weights", std::vector<double>(count));
   }
 
   std::vector<std::size_t> indices(const json& object, const char* key) const {
     std::vector<std::size_t> result;
     for (const json& value : document_.list(object, key)) {
-      if (!value.is_number_unsigned()) document_.fail(fmt::format("its '{}' is no list of indices", key));
+      if (!value.is_number_unsigned()) document_.fail(fmt::format("its '{}' is no list of indices", key), kExportAnew);
       result.push_back(value.get<std::size_t>());
     }
     return result;
@@ -172,6 +188,8 @@ class GltfReader {
           fmt::format("the texture of material '{}' is what it emits (emissiveTexture), which is not supported: make "
                       "it the base colour",
                       seen.name));
+    } else if (seen.lacks_image) {
+      remark(fmt::format("the texture of material '{}' names no picture, it is not seen", seen.name));
     }
   }
 
@@ -208,7 +226,8 @@ class GltfReader {
       std::array<Vertex, 3> triangle;
       for (std::size_t k = 0; k < 3; ++k) {
         if (corners[k] >= vertices.size()) {
-          document_.fail(fmt::format("a face refers to vertex {}, but there are {}", corners[k], vertices.size()));
+          document_.fail(fmt::format("a face refers to vertex {}, but there are {}", corners[k], vertices.size()),
+                         kExportAnew);
         }
         triangle[k] = vertices[corners[k]];
       }
@@ -216,9 +235,26 @@ class GltfReader {
     }
   }
 
+  /// Moves positions as far as the file's weights of morph targets say.
+  void morph(const Part& part, GltfValues& positions) {
+    const json& targets = document_.list(*part.primitive, "targets");
+    for (std::size_t i = 0; i < std::min(targets.size(), part.weights.size()); ++i) {
+      const auto accessor = document_.index(targets[i], "POSITION");
+      if (!accessor || part.weights[i] == 0) continue;
+      const GltfValues moved = document_.values(*accessor);
+      if (moved.values.size() != positions.values.size()) {
+        document_.fail("a morph target is not of its primitive's length", kExportAnew);
+      }
+      for (std::size_t k = 0; k < moved.values.size(); ++k) {
+        positions.values[k] += static_cast<float>(part.weights[i] * moved.values[k]);
+      }
+    }
+  }
+
   std::vector<Vertex> vertices_of(const Part& part, std::size_t position_accessor, bool textured) {
     const GltfLook& seen = look(part.material);
-    const GltfValues positions = document_.values(position_accessor);
+    GltfValues positions = document_.values(position_accessor);
+    morph(part, positions);
     std::vector<Vertex> vertices(positions.count());
     GltfValues coordinates, colors;
     if (textured) coordinates = document_.values(*attribute(part, coordinate_name(part)));
@@ -226,7 +262,9 @@ class GltfReader {
     const bool lacking = positions.components != 3 ||
                          (textured && (coordinates.count() < vertices.size() || coordinates.components != 2)) ||
                          (colors.components != 0 && (colors.count() < vertices.size() || colors.components < 3));
-    if (lacking) document_.fail("a primitive's attributes are not of one length, or of another kind than they must be");
+    if (lacking)
+      document_.fail("a primitive's attributes are not of one length, or of another kind than they must be",
+                     kExportAnew);
     if (textured &&
         std::any_of(colors.values.begin(), colors.values.end(), [](float value) { return value < 0.99F; })) {
       remark("colours of vertices beside a texture are not supported, the texture is taken alone");

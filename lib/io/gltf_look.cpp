@@ -7,6 +7,7 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/model_fault.hpp"
 #include "io/named_file.hpp"
 #include "io/texture_file.hpp"
 
@@ -72,6 +73,7 @@ void read_texture(const GltfDocument& document, const json& use, GltfLook& look)
   if (!index) return;
   const json& texture = document.item("textures", *index);
   look.image = image_of(document, texture);
+  look.lacks_image = !look.image.has_value();
   if (look.image) look.image = first_alike(document, *look.image);
   look.coordinate_set = document.index(use, "texCoord").value_or(0);
   read_transform(document, use, look);
@@ -128,7 +130,7 @@ Texture gltf_texture(GltfDocument& document, const GltfLook& look) {
   Texture texture;
   if (!uri.is_string()) {
     const auto view = document.index(image, "bufferView");
-    if (!view) document.fail(fmt::format("its image {} has no data", look.image.value_or(0)));
+    if (!view) document.fail(fmt::format("its image {} has no data", look.image.value_or(0)), kExportAnew);
     const std::string_view bytes = document.view(*view);
     texture = decode_texture(bytes.data(), bytes.size(), name);
   } else if (const auto bytes = document.embedded(uri.get<std::string>())) {

@@ -17,6 +17,7 @@ struct GltfLook {
   std::string name;
   std::optional<std::size_t> image;
   bool emits_image = false;  ///< the material has a picture of what it emits
+  bool lacks_image = false;  ///< the material's texture has none
   std::size_t coordinate_set = 0;
   Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();  ///< KHR_texture_transform: rotation and scale
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();

@@ -11,6 +11,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -241,9 +242,21 @@ class NotedFiles : public Assimp::IOSystem {
   std::vector<fs::path>& opened_;
 };
 
+/// Throws Error(file) for a format of CAD programs, which describe surfaces.
+void refuse_cad(const fs::path& path) {
+  constexpr std::string_view extensions[] = {".step",       ".stp",    ".iges", ".igs", ".brep", ".fcstd",
+                                             ".sldprt",     ".sldasm", ".ipt",  ".iam", ".prt",  ".catpart",
+                                             ".catproduct", ".x_t",    ".x_b",  ".f3d", ".3dm",  ".dwg"};
+  if (std::find(std::begin(extensions), std::end(extensions), lower_extension(path)) == std::end(extensions)) return;
+  throw Error(ErrorCode::file, fmt::format("model '{}' is a CAD file, of surfaces instead of triangles: export it as "
+                                           "STL or OBJ from the CAD program",
+                                           path.string()));
+}
+
 Mesh load_with_assimp(const fs::path& path, double scale) {
   Assimp::Importer importer;
   if (!path.has_extension() || !importer.IsExtensionSupported(path.extension().string())) {
+    refuse_cad(path);
     throw Error(
         ErrorCode::file,
         fmt::format("model '{}' is of a format that is not supported: use OBJ, PLY, STL, OFF or glTF", path.string()));
@@ -257,6 +270,8 @@ Mesh load_with_assimp(const fs::path& path, double scale) {
     reason = error.what();
   }
   if (scene == nullptr) {
+    read_binary_file(path, "model");  // says so if it is something else in the model's place
+    refuse_cad(path);                 // assimp takes STEP for IFC, which is written alike
     throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read ({}): is the file complete and readable?",
                                              path.string(), reason));
   }

@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
+#include "io/color_range.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
@@ -40,6 +41,7 @@ class OffReader {
       fail("its counts of vertices and faces are missing");
     }
     const std::size_t vertices = count(counts[0], "vertices"), faces = count(counts[1], "faces");
+    find_range(layout, vertices, faces);
     for (std::size_t i = 0; i < vertices; ++i) add_vertex(layout, i);
     MeshAssembly assembly(false, true);
     bool colored = layout.colors;
@@ -50,9 +52,9 @@ class OffReader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  template <class... Advice>
+  [[noreturn]] void fail(const std::string& reason, const Advice&... advice) const {
+    fail_model(path_, reason, advice...);
   }
 
   /// The next line that holds anything but a comment; empty at the end.
@@ -75,12 +77,12 @@ class OffReader {
     }
     word.remove_suffix(3);
     if (word.find_first_not_of("STCN") != word.npos) {
-      fail(fmt::format("'{}OFF' is a kind of OFF that is not supported; export OFF or COFF", word));
+      fail(fmt::format("'{}OFF' is a kind of OFF that is not supported", word), "export OFF or COFF");
     }
     layout.coordinates = word.starts_with("ST");
     layout.colors = word.find('C') != word.npos;
     layout.normals = word.find('N') != word.npos;
-    if (trimmed(line).starts_with("BINARY")) fail("binary OFF is not supported; export it as text");
+    if (trimmed(line).starts_with("BINARY")) fail("binary OFF is not supported", "export it as text");
     if (!trimmed(line).empty())
       rest_ = {line.data(), static_cast<std::size_t>(bytes_.data() + bytes_.size() - line.data())};
     return layout;
@@ -91,7 +93,7 @@ class OffReader {
     std::vector<double> numbers;
     for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
       const std::optional<double> number = parse_number(word);
-      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)));
+      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)), advice_on_number(word));
       numbers.push_back(*number);
     }
     if (numbers.empty()) fail("it ends early");
@@ -105,67 +107,81 @@ class OffReader {
     return static_cast<std::size_t>(value);
   }
 
-  /// Three or four numbers, whole ones of 255 or shares of 1.
-  static Color color(const double* values, std::size_t count, bool whole) {
-    Color color{0, 0, 0, 255};
-    for (std::size_t i = 0; i < std::min<std::size_t>(count, 4); ++i) {
-      color[i] = static_cast<std::uint8_t>(std::lround(std::clamp(whole ? values[i] : values[i] * 255, 0.0, 255.0)));
-    }
-    return color;
-  }
-
-  static bool is_whole(const double* values, std::size_t count) {
-    return std::any_of(values, values + count, [](double value) { return value > 1; });
-  }
-
-  void add_vertex(const Layout& layout, std::size_t index) {
-    const std::vector<double> values = next_numbers();
+  /// Of a vertex's line; empty where the file has none.
+  std::span<const double> color_of_vertex(const Layout& layout, std::span<const double> values, std::size_t index) {
     const std::size_t colors_at = layout.normals ? 6 : 3;
     if (values.size() < colors_at + (layout.colors ? 3 : 0)) {
       fail(fmt::format("vertex {} has {} numbers", index, values.size()));
     }
+    if (!layout.colors) return {};
+    const std::size_t left = values.size() - colors_at - (layout.coordinates && values.size() > colors_at + 4 ? 2 : 0);
+    return values.subspan(colors_at, std::min<std::size_t>(left, 4));
+  }
+
+  /// Of a face's line; empty where it has none.
+  std::span<const double> color_of_face(std::span<const double> values, std::size_t index) {
+    if (!(values[0] >= 0 && values[0] < static_cast<double>(values.size()))) {
+      fail(fmt::format("face {} has {} of its {} corners", index, values.size() - 1, values[0]));
+    }
+    const std::span<const double> left = values.subspan(1 + static_cast<std::size_t>(values[0]));
+    return left.size() == 3 || left.size() == 4 ? left : std::span<const double>();
+  }
+
+  /// Looks ahead for how colours stand in this file.
+  void find_range(const Layout& layout, std::size_t vertices, std::size_t faces) {
+    const std::string_view before = rest_;
+    const auto note = [this](std::span<const double> color) {
+      for (std::size_t i = 0; i < color.size(); ++i) range_.note(i, color[i]);
+    };
+    for (std::size_t i = 0; i < vertices; ++i) note(color_of_vertex(layout, next_numbers(), i));
+    for (std::size_t i = 0; i < faces; ++i) note(color_of_face(next_numbers(), i));
+    rest_ = before;
+  }
+
+  Color color(std::span<const double> values) const {
+    Color color{0, 0, 0, 255};
+    for (std::size_t i = 0; i < values.size(); ++i) color[i] = color_byte(values[i], range_.full(i));
+    return color;
+  }
+
+  void add_vertex(const Layout& layout, std::size_t index) {
+    const std::vector<double> values = next_numbers();
+    const std::span<const double> own = color_of_vertex(layout, values, index);
     Vertex vertex;
     for (int axis = 0; axis < 3; ++axis) {
       vertex.position[axis] = static_cast<float>(values[static_cast<std::size_t>(axis)] * scale_);
     }
-    if (layout.colors) {
-      const std::size_t left =
-          values.size() - colors_at - (layout.coordinates && values.size() > colors_at + 4 ? 2 : 0);
-      vertex.color = color(&values[colors_at], left, is_whole(&values[colors_at], std::min<std::size_t>(left, 4)));
-    }
+    if (!own.empty()) vertex.color = color(own);
     vertices_.push_back(vertex);
   }
 
   /// Whether the face has a colour of its own.
   bool add_face(MeshAssembly& assembly, std::size_t index) {
     const std::vector<double> values = next_numbers();
-    if (!(values[0] >= 0 && values[0] < static_cast<double>(values.size()))) {
-      fail(fmt::format("face {} has {} of its {} corners", index, values.size() - 1, values[0]));
-    }
+    const std::span<const double> own = color_of_face(values, index);
     const auto corners = static_cast<std::size_t>(values[0]);
-    const std::size_t left = values.size() - 1 - corners;
-    std::optional<Color> own;
-    if (left == 3 || left == 4) own = color(&values[1 + corners], left, is_whole(&values[1 + corners], left));
     std::vector<Vertex> polygon;
     std::vector<Eigen::Vector3f> positions;
     for (std::size_t i = 1; i <= corners; ++i) {
       if (!(values[i] >= 0 && values[i] < static_cast<double>(vertices_.size()))) {
-        fail(fmt::format("face {} refers to vertex {}, but there are {}", index, values[i], vertices_.size()));
+        fail(fmt::format("face {} refers to vertex {}, but there are {}", index, values[i], vertices_.size()),
+             kExportAnew);
       }
       polygon.push_back(vertices_[static_cast<std::size_t>(values[i])]);
-      polygon.back().color = own.value_or(polygon.back().color);
+      if (!own.empty()) polygon.back().color = color(own);
       positions.push_back(polygon.back().position);
     }
     for (const auto& [a, b, c] : triangles_of_polygon(positions)) {
       assembly.add_triangle({polygon[a], polygon[b], polygon[c]}, 0);
     }
-    return own.has_value();
+    return !own.empty();
   }
 
   const fs::path& path_;
   double scale_;
   std::string bytes_;
   std::string_view rest_;
+  ColorRange range_;
   std::vector<Vertex> vertices_;
 };
 

@@ -4,21 +4,20 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/color_range.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/named_file.hpp"
-#include "io/numbers.hpp"
 #include "io/ply_header.hpp"
+#include "io/ply_values.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
 
@@ -26,7 +25,6 @@ namespace holdfast::io {
 namespace {
 
 namespace fs = std::filesystem;
-using Encoding = PlyHeader::Encoding;
 using Type = PlyHeader::Type;
 using Property = PlyHeader::Property;
 using Element = PlyHeader::Element;
@@ -43,92 +41,6 @@ bool has_property(const Element& element, std::span<const std::string_view> name
     return property.count_type.has_value() == list &&
            std::find(names.begin(), names.end(), property.name) != names.end();
   });
-}
-
-/// The values after the header, one after the other.
-class Values {
- public:
-  Values(std::string_view data, Encoding encoding, const fs::path& path)
-      : data_(data), encoding_(encoding), path_(path) {}
-
-  double next(Type type) { return encoding_ == Encoding::text ? next_word() : next_bytes(type); }
-
-  /// The values of one property: one, or as many as its list has.
-  void next(const Property& property, std::vector<double>& values) {
-    const double count = property.count_type ? next(*property.count_type) : 1;
-    if (!(count >= 0 && count <= static_cast<double>(data_.size()))) {
-      fail_ply(path_, fmt::format("a list '{}' of {} values", property.name, count));
-    }
-    values.clear();
-    for (double i = 0; i < count; ++i) {
-      values.push_back(next(property.type));
-    }
-  }
-
- private:
-  double next_word() {
-    data_.remove_prefix(std::min(data_.find_first_not_of(" \t\r\n"), data_.size()));
-    if (data_.empty()) {
-      fail_ply(path_, "it ends early");
-    }
-    const std::string_view word = data_.substr(0, data_.find_first_of(" \t\r\n"));
-    data_.remove_prefix(word.size());
-    const std::optional<double> value = parse_number(word);
-    if (!value) {
-      fail_ply(path_, fmt::format("'{}' is not a number", word.substr(0, 20)));
-    }
-    return *value;
-  }
-
-  template <class Stored>
-  double next_stored() {
-    char bytes[sizeof(Stored)];
-    if (data_.size() < sizeof(Stored)) {
-      fail_ply(path_, "it ends early");
-    }
-    std::memcpy(bytes, data_.data(), sizeof(Stored));
-    data_.remove_prefix(sizeof(Stored));
-    const bool swapped = (encoding_ == Encoding::big_endian) != (std::endian::native == std::endian::big);
-    if (swapped) {
-      std::reverse(std::begin(bytes), std::end(bytes));
-    }
-    Stored value;
-    std::memcpy(&value, bytes, sizeof(Stored));
-    return static_cast<double>(value);
-  }
-
-  double next_bytes(Type type) {
-    switch (type) {
-      case Type::int8:
-        return next_stored<std::int8_t>();
-      case Type::uint8:
-        return next_stored<std::uint8_t>();
-      case Type::int16:
-        return next_stored<std::int16_t>();
-      case Type::uint16:
-        return next_stored<std::uint16_t>();
-      case Type::int32:
-        return next_stored<std::int32_t>();
-      case Type::uint32:
-        return next_stored<std::uint32_t>();
-      case Type::float32:
-        return next_stored<float>();
-      case Type::float64:
-        return next_stored<double>();
-    }
-    fail_ply(path_, "unknown type");
-  }
-
-  std::string_view data_;
-  Encoding encoding_;
-  const fs::path& path_;
-};
-
-/// Shares of 1, or of what the type can hold.
-std::uint8_t to_byte(double value, Type type) {
-  const double most = type == Type::float32 || type == Type::float64 ? 1 : type == Type::uint16 ? 65535 : 255;
-  const double scaled = value * 255 / most;
-  return static_cast<std::uint8_t>(std::lround(std::clamp(scaled, 0.0, 255.0)));
 }
 
 enum class Meaning { nothing, x, y, z, u, v, red, green, blue, alpha };
@@ -170,16 +82,45 @@ Meaning meaning_of(const Property& property) {
   return Meaning::nothing;
 }
 
+/// Of a colour: red to alpha as 0 to 3.
+std::size_t channel_of(Meaning meaning) {
+  return static_cast<std::size_t>(meaning) - static_cast<std::size_t>(Meaning::red);
+}
+
 bool has(const Element& element, Meaning meaning) {
   return std::any_of(element.properties.begin(), element.properties.end(),
                      [meaning](const Property& property) { return meaning_of(property) == meaning; });
 }
 
-void set_vertex_property(Vertex& vertex, const Property& property, double value, double scale) {
+/// How an element's colours are stored. Programs write any type, and full colour as 1, 255 or what the type can hold:
+/// where the type leaves that open, the largest value tells. `values`: a copy, read ahead.
+ColorRange range_of(PlyValues values, const Element& element) {
+  const auto is_open = [](const Property& property) {
+    return meaning_of(property) >= Meaning::red &&
+           (property.type == Type::float32 || property.type == Type::float64 || property.type == Type::uint16);
+  };
+  ColorRange range;
+  if (std::none_of(element.properties.begin(), element.properties.end(), is_open)) return range;
+  std::vector<double> read;
+  for (std::size_t i = 0; i < element.count; ++i) {
+    for (const Property& property : element.properties) {
+      values.next(property, read);
+      if (is_open(property)) range.note(channel_of(meaning_of(property)), read.front());
+    }
+  }
+  return range;
+}
+
+void set_vertex_property(Vertex& vertex, const Property& property, double value, double scale,
+                         const ColorRange& range) {
   const Meaning meaning = meaning_of(property);
   const auto place = static_cast<std::size_t>(meaning);
   if (meaning >= Meaning::red) {
-    vertex.color[place - static_cast<std::size_t>(Meaning::red)] = to_byte(value, property.type);
+    const std::size_t channel = channel_of(meaning);
+    const double full = property.type == Type::uint16 ? range.full_of_16_bits(channel)
+                        : property.type == Type::float32 || property.type == Type::float64 ? range.full(channel)
+                                                                                           : 255;
+    vertex.color[channel] = color_byte(value, full);
   } else if (meaning >= Meaning::u) {
     vertex.texture_coordinate[meaning == Meaning::u ? 0 : 1] = static_cast<float>(value);
   } else if (meaning >= Meaning::x) {
@@ -188,17 +129,18 @@ void set_vertex_property(Vertex& vertex, const Property& property, double value,
   }
 }
 
-std::vector<Vertex> read_vertices(Values& values, const Element& element, double scale) {
+std::vector<Vertex> read_vertices(PlyValues& values, const Element& element, double scale) {
   std::vector<Vertex> vertices;
   std::vector<double> read;
   const bool opaque = has(element, Meaning::red) && !has(element, Meaning::alpha);
+  const ColorRange range = range_of(values, element);
   for (std::size_t i = 0; i < element.count; ++i) {
     Vertex vertex;
     vertex.color[3] = opaque ? 255 : 0;
     for (const Property& property : element.properties) {
       values.next(property, read);
       if (!property.count_type) {
-        set_vertex_property(vertex, property, read.front(), scale);
+        set_vertex_property(vertex, property, read.front(), scale, range);
       }
     }
     vertices.push_back(vertex);
@@ -221,7 +163,7 @@ bool is_one_of(const Property& property, std::span<const std::string_view> names
   return property.count_type && std::find(names.begin(), names.end(), property.name) != names.end();
 }
 
-Face read_face(Values& values, const Element& element) {
+Face read_face(PlyValues& values, const Element& element, const ColorRange& range) {
   Face face;
   std::vector<double> read;
   Vertex colored;
@@ -235,7 +177,7 @@ Face read_face(Values& values, const Element& element) {
     } else if (property.name == "texnumber" && !read.empty() && read.front() >= 0) {
       face.texture = read.front();
     } else if (meaning_of(property) >= Meaning::red) {
-      set_vertex_property(colored, property, read.front(), 1);
+      set_vertex_property(colored, property, read.front(), 1, range);
     }
   }
   if (has(element, Meaning::red)) {
@@ -259,12 +201,15 @@ class Faces {
   void add(const Face& face, const std::vector<Vertex>& vertices) {
     std::vector<double> coordinates = face.coordinates;
     if (!coordinates.empty() && coordinates.size() != 2 * face.indices.size()) {
-      fail_ply(path_,
-               fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), coordinates.size()));
+      fail_model(
+          path_,
+          fmt::format("a face of {} corners has {} texture coordinates", face.indices.size(), coordinates.size()),
+          kExportAnew);
     }
     const bool textured = textures_ > 0 && (textured_vertices_ || !coordinates.empty());
     if (textured && face.texture >= static_cast<double>(textures_)) {
-      fail_ply(path_, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures_));
+      fail_model(path_, fmt::format("a face refers to texture {}, but there are {}", face.texture, textures_),
+                 kExportAnew);
     }
     corners_.clear();
     positions_.clear();
@@ -302,7 +247,8 @@ class Faces {
  private:
   const Vertex& vertex(const std::vector<Vertex>& vertices, double index) const {
     if (!(index >= 0 && index < static_cast<double>(vertices.size()))) {
-      fail_ply(path_, fmt::format("a face refers to vertex {}, but there are {}", index, vertices.size()));
+      fail_model(path_, fmt::format("a face refers to vertex {}, but there are {}", index, vertices.size()),
+                 kExportAnew);
     }
     return vertices[static_cast<std::size_t>(index)];
   }
@@ -316,11 +262,13 @@ class Faces {
   std::vector<Eigen::Vector3f> positions_;
 };
 
-void read_element(Values& values, const Element& element, const std::vector<Vertex>& vertices, Faces& faces) {
+void read_element(PlyValues& values, const Element& element, const std::vector<Vertex>& vertices, Faces& faces) {
+  const bool are_faces = element.name == "face";
+  const ColorRange range = are_faces ? range_of(values, element) : ColorRange();
   std::vector<double> read;
   for (std::size_t i = 0; i < element.count; ++i) {
-    if (element.name == "face") {
-      faces.add(read_face(values, element), vertices);
+    if (are_faces) {
+      faces.add(read_face(values, element, range), vertices);
       continue;
     }
     for (const Property& property : element.properties) {
@@ -351,10 +299,11 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
   const bool with_colors = vertices_have(Meaning::red) || (face_element != nullptr && has(*face_element, Meaning::red));
   const bool with_coordinates = textured_vertices || textured_faces;
   if (!(vertices_have(Meaning::x) && vertices_have(Meaning::y) && vertices_have(Meaning::z))) {
-    fail_ply(path, "its header has no element 'vertex' with the properties x, y and z");
+    fail_model(path, "its header has no element 'vertex' with the properties x, y and z", kExportAnew);
   }
   if (face_element != nullptr && face_element < vertex_element) {
-    fail_ply(path, "its faces stand before its vertices, which is not supported");
+    fail_model(path, "its faces stand before its vertices, which is not supported",
+               "export it with the vertices first");
   }
   if (!with_coordinates && !header.textures.empty()) {
     remarks.push_back(fmt::format(
@@ -378,7 +327,7 @@ Mesh load_ply(const fs::path& path, double scale, std::vector<std::string>& rema
   }
   materials.push_back(untextured);
 
-  Values values(std::string_view(bytes).substr(header.size), header.encoding, path);
+  PlyValues values(std::string_view(bytes).substr(header.size), header.encoding, path);
   Faces faces(assembly, materials, textured_vertices, path);
   std::vector<Vertex> vertices;
   for (const Element& element : header.elements) {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "holdfast/error.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 
 namespace holdfast::io {
@@ -17,11 +17,6 @@ using Encoding = PlyHeader::Encoding;
 using Type = PlyHeader::Type;
 using Property = PlyHeader::Property;
 using Element = PlyHeader::Element;
-
-void fail_ply(const fs::path& path, const std::string& reason) {
-  throw Error(ErrorCode::file,
-              fmt::format("model '{}' cannot be read ({}): is the file complete?", path.string(), reason));
-}
 
 namespace {
 
@@ -36,14 +31,14 @@ Type parse_type(const std::string& word, const fs::path& path) {
       return type;
     }
   }
-  fail_ply(path, fmt::format("its header names an unknown type '{}'", word));
+  fail_model(path, fmt::format("its header names an unknown type '{}'", word), kExportAnew);
 }
 
 Encoding parse_encoding(const std::string& word, const fs::path& path) {
   if (word == "ascii") return Encoding::text;
   if (word == "binary_little_endian") return Encoding::little_endian;
   if (word == "binary_big_endian") return Encoding::big_endian;
-  fail_ply(path, fmt::format("its header names an unknown format '{}'", word));
+  fail_model(path, fmt::format("its header names an unknown format '{}'", word), kExportAnew);
 }
 
 }  // namespace
@@ -51,7 +46,8 @@ Encoding parse_encoding(const std::string& word, const fs::path& path) {
 PlyHeader parse_ply_header(const std::string& bytes, const fs::path& path) {
   PlyHeader header;
   std::string_view text = std::string_view(bytes).substr(0, 1 << 16), line;
-  if (!next_line(text, line) || trimmed(line) != "ply") fail_ply(path, "it does not begin with 'ply'");
+  if (!next_line(text, line) || trimmed(line) != "ply")
+    fail_model(path, "it does not begin with 'ply'", "is it a PLY file?");
   const auto take = [&line] { return lower(next_word(line)); };
   while (next_line(text, line)) {
     const std::string_view whole = line;
@@ -64,7 +60,7 @@ PlyHeader parse_ply_header(const std::string& bytes, const fs::path& path) {
       const std::string name = take();
       const std::optional<double> count = parse_number(next_word(line));
       if (!count || !(*count >= 0 && *count <= static_cast<double>(bytes.size()))) {  // each takes a byte at least
-        fail_ply(path, fmt::format("its header's '{}' is not possible in {} bytes", whole, bytes.size()));
+        fail_model(path, fmt::format("its header's '{}' is not possible in {} bytes", whole, bytes.size()));
       }
       header.elements.push_back({name, static_cast<std::size_t>(*count), {}});
     } else if (keyword == "property" && !header.elements.empty()) {
@@ -82,7 +78,7 @@ PlyHeader parse_ply_header(const std::string& bytes, const fs::path& path) {
       return header;
     }
   }
-  fail_ply(path, "its header has no end");
+  fail_model(path, "its header has no end");
 }
 
 }  // namespace holdfast::io

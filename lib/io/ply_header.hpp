@@ -31,9 +31,6 @@ struct PlyHeader {
   std::size_t size = 0;  ///< bytes up to the data
 };
 
-/// Throws Error(file): the model cannot be read, for this reason.
-[[noreturn]] void fail_ply(const std::filesystem::path& path, const std::string& reason);
-
 /// Reads the header of a file with these contents; `path` is for messages. Throws Error(file).
 PlyHeader parse_ply_header(const std::string& bytes, const std::filesystem::path& path);
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "holdfast/error.hpp"
 #include "io/mesh_assembly.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 #include "io/polygon.hpp"
 #include "io/text_file.hpp"
@@ -22,6 +22,7 @@ using Color = std::array<std::uint8_t, 4>;
 
 constexpr std::size_t kHeader = 80, kBegin = 84;  // of a binary file: words, then the count of facets
 constexpr std::size_t kFacet = 50;                // bytes: normal, three corners, attribute
+constexpr std::uint32_t kBit = 0x8000;            // of the attribute
 constexpr Color kGrey{153, 153, 153, 255};        // of facets without a colour beside others with one
 
 std::uint32_t little_endian(std::string_view bytes) {
@@ -40,31 +41,41 @@ class StlReader {
   Mesh read() {
     const std::uint64_t facets = text_.size() < kBegin ? 0 : little_endian(text_.substr(kHeader, 4));
     const std::uint64_t whole = kBegin + kFacet * facets;
-    std::string_view first, rest = text_;
-    while (trimmed(first).empty() && next_line(rest, first)) {
-    }
-    const bool is_text = lower_word(first) == "solid" && text_.size() != whole;  // binary files may say so too
+    // Binary files may begin with "solid" too, and have more behind the facets. Of a text the count, in letters, is of
+    // more facets than any file holds.
+    const bool is_text = text_.size() < whole && begins_as_text();
     if (is_text) return read_text();
     if (text_.size() < whole) fail(fmt::format("it has {} of {} bytes", text_.size(), whole));
     return read_binary(static_cast<std::size_t>(facets));
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file,
-                fmt::format("model '{}' cannot be read ({}): is the file complete?", path_.string(), reason));
+  template <class... Advice>
+  [[noreturn]] void fail(const std::string& reason, const Advice&... advice) const {
+    fail_model(path_, reason, advice...);
+  }
+
+  bool begins_as_text() const {
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    std::string_view first, rest = text_;
+    if (rest.starts_with(byte_order_mark)) rest.remove_prefix(byte_order_mark.size());
+    while (trimmed(first).empty() && next_line(rest, first)) {
+    }
+    const bool has_zeros =
+        text_.substr(0, kBegin).find('\0') != text_.npos;  // as the count of a binary file that is cut
+    return lower_word(first) == "solid" && !has_zeros;
   }
 
   Mesh read_text() {
     MeshAssembly assembly(false, false);
     std::vector<Eigen::Vector3f> corners;
-    bool in_facet = false;
+    bool in_solid = true, in_facet = false;
     int number = 0;
     for (std::string_view rest = text_, line; next_line(rest, line);) {
       ++number;
       const std::string word = lower_word(line);
       if (word == "facet") {
-        if (in_facet) fail(fmt::format("line {}: a facet within a facet", number));
+        if (in_facet) fail(fmt::format("line {}: a facet within a facet", number), kExportAnew);
         in_facet = true;
         corners.clear();
       } else if (word == "vertex" && in_facet) {
@@ -74,9 +85,11 @@ class StlReader {
           assembly.add_triangle({Vertex{corners[a], {}, {}}, {corners[b], {}, {}}, {corners[c], {}, {}}}, 0);
         }
         in_facet = false;
+      } else if (word == "solid" || word == "endsolid") {
+        in_solid = word == "solid";
       }
     }
-    if (in_facet) fail("it ends early");
+    if (in_facet || in_solid) fail("it ends before 'endsolid'");
     return assembly.take();
   }
 
@@ -85,26 +98,16 @@ class StlReader {
     for (double& value : position) {
       const std::string_view word = next_word(line);
       const std::optional<double> read = parse_number(word);
-      if (!read) fail(fmt::format("line {}: '{}' is not a number", number, word.substr(0, 20)));
+      if (!read) fail(fmt::format("line {}: '{}' is not a number", number, word.substr(0, 20)), advice_on_number(word));
       value = *read;
     }
     return (position * scale_).cast<float>();
   }
 
   Mesh read_binary(std::size_t facets) const {
-    const std::size_t attribute = kFacet - 2;
     const auto facet = [this](std::size_t i) { return text_.substr(kBegin + kFacet * i, kFacet); };
-    // Magics writes a colour of the whole model to the header, and red and blue the other way round.
-    constexpr std::string_view key = "COLOR=";
-    const std::size_t named = text_.substr(0, kHeader).find(key);
-    const bool by_magics = named != text_.npos && named + key.size() + 4 <= kHeader;
-    Color otherwise = kGrey;
-    for (std::size_t i = 0; by_magics && i < 4; ++i) {
-      otherwise[i] = static_cast<std::uint8_t>(text_[named + key.size() + i]);
-    }
-    bool colored = false;
-    for (std::size_t i = 0; i < facets && !colored; ++i) colored = is_colored(facet(i).substr(attribute));
-    MeshAssembly assembly(false, colored);
+    const Looks looks = looks_of(facets);
+    MeshAssembly assembly(false, looks.colored);
     for (std::size_t i = 0; i < facets; ++i) {
       const std::string_view bytes = facet(i);
       std::array<Vertex, 3> corners;
@@ -112,22 +115,55 @@ class StlReader {
         const auto value = std::bit_cast<float>(little_endian(bytes.substr(12 + 4 * k, 4)));
         corners[k / 3].position[static_cast<Eigen::Index>(k % 3)] = static_cast<float>(value * scale_);
       }
-      const std::string_view look = bytes.substr(attribute);
-      for (Vertex& corner : corners) corner.color = is_colored(look) ? color(look, by_magics) : otherwise;
+      const Color color = color_of(attribute(i), looks);
+      for (Vertex& corner : corners) corner.color = color;
       assembly.add_triangle(corners, 0);
     }
     return assembly.take();
   }
 
-  static bool is_colored(std::string_view attribute) { return (little_endian(attribute) & 0x8000) != 0; }
+  /// How the facets of a file say their colours, which STL does not: VisCAM's and SolidView's way, or that of Magics,
+  /// whose header has a colour of the whole part.
+  struct Looks {
+    bool by_magics = false;    ///< red in the lowest bits, else blue
+    std::uint32_t own = kBit;  ///< bit 15 of a facet with a colour of its own
+    Color otherwise = kGrey;   ///< of the others
+    bool colored = false;
+  };
 
-  static Color color(std::string_view attribute, bool by_magics) {
-    const std::uint32_t bits = little_endian(attribute);
+  Looks looks_of(std::size_t facets) const {
+    constexpr std::string_view key = "COLOR=";
+    const std::size_t named = text_.substr(0, kHeader).find(key);
+    bool all = true, any = false, differ = false;
+    for (std::size_t i = 0; i < facets; ++i) {
+      const bool bit = (attribute(i) & kBit) != 0;
+      all = all && bit;
+      any = any || bit;
+      differ = differ || attribute(i) != attribute(0);
+    }
+    Looks looks;
+    looks.by_magics = named != text_.npos && named + key.size() + 4 <= kHeader;
+    looks.colored = looks.by_magics ? differ : any;  // one colour all over shows nothing that the outline does not
+    for (std::size_t i = 0; looks.by_magics && i < 4; ++i) {
+      looks.otherwise[i] = static_cast<std::uint8_t>(text_[named + key.size() + i]);
+    }
+    // Magics sets the bit where the part's colour holds. MeshLab writes Magics' header, and the bit with every colour.
+    if (looks.by_magics && !all) looks.own = 0;
+    return looks;
+  }
+
+  static Color color_of(std::uint32_t attribute, const Looks& looks) {
+    if ((attribute & kBit) != looks.own) return looks.otherwise;
     Color color{0, 0, 0, 255};
     for (std::size_t i = 0; i < 3; ++i) {
-      color[by_magics ? i : 2 - i] = static_cast<std::uint8_t>(((bits >> (5 * i) & 31) * 255 + 15) / 31);
+      color[looks.by_magics ? i : 2 - i] = static_cast<std::uint8_t>(((attribute >> (5 * i) & 31) * 255 + 15) / 31);
     }
     return color;
+  }
+
+  /// The two bytes behind a facet.
+  std::uint32_t attribute(std::size_t facet) const {
+    return little_endian(text_.substr(kBegin + kFacet * (facet + 1) - 2, 2));
   }
 
   const fs::path& path_;

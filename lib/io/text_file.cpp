@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "holdfast/error.hpp"
+#include "io/numbers.hpp"
 
 namespace holdfast::io {
 
@@ -17,6 +18,23 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostStreamBytes = std::size_t{256} << 20;  // of a pipe or a device, which may have no end
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";       // Windows' editors begin UTF-8 with it
+
+/// What comes in place of files of every kind that were not fetched the way they are to be.
+void refuse_stand_in(std::string_view content, const fs::path& path, const std::string& what) {
+  if (content.starts_with("version https://git-lfs.github.com/spec/")) {
+    throw Error(ErrorCode::file, fmt::format("{} '{}' is a pointer of Git LFS, not the file itself: fetch that with "
+                                             "'git lfs pull'",
+                                             what, path.string()));
+  }
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  content.remove_prefix(std::min(content.find_first_not_of(" \t\r\n"), content.size()));
+  const std::string begin = lower(content.substr(0, 14));
+  if (begin == "<!doctype html" || begin.starts_with("<html")) {
+    throw Error(ErrorCode::file,
+                fmt::format("{} '{}' is a web page, not the file itself: download that", what, path.string()));
+  }
+}
 
 }  // namespace
 
@@ -63,17 +81,17 @@ std::string read_binary_file(const fs::path& path, const std::string& what, std:
     throw Error(ErrorCode::file, fmt::format("{} '{}' cannot be read ({}): check its permissions", what, path.string(),
                                              errno ? std::strerror(errno) : "unknown reason"));
   }
+  refuse_stand_in(content, path, what);
   return content;
 }
 
 std::string read_text_file(const fs::path& path, const std::string& what, std::size_t most_bytes) {
-  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";  // Windows' editors begin UTF-8 with it
   std::string content = read_binary_file(path, what, most_bytes);
   if (content.starts_with("\xff\xfe") || content.starts_with("\xfe\xff")) {  // as the PowerShell's ">" writes it
     throw Error(ErrorCode::file, fmt::format("{} '{}' is text in UTF-16: save it as UTF-8", what, path.string()));
   }
-  if (content.starts_with(byte_order_mark)) {
-    content.erase(0, byte_order_mark.size());
+  if (content.starts_with(kByteOrderMark)) {
+    content.erase(0, kByteOrderMark.size());
   }
   return content;
 }

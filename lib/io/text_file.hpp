@@ -18,7 +18,8 @@ std::string read_text_file(const std::filesystem::path& path, const std::string&
 std::string read_plain_text_file(const std::filesystem::path& path, const std::string& what,
                                  std::size_t most_bytes = kMostFileBytes);
 
-/// Whole contents of a file as they are.
+/// Whole contents of a file as they are. Throws Error(file) as above, and as the others do for a pointer of Git LFS or
+/// a web page that stands in the file's place.
 std::string read_binary_file(const std::filesystem::path& path, const std::string& what,
                              std::size_t most_bytes = kMostFileBytes);
 
