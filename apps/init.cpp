@@ -266,6 +266,7 @@ void InitCommand::run_guide() const {
   const cv::Mat frame = read_frame(image, frame_number);
   const Camera used = camera.load(frame.cols, frame.rows);
   const Pose T_guide = io::load_pose(guide);
+  warn_if(io::camera_warning(used));
   warn_about_units(mesh, T_guide, used);
   const std::optional<Pose> found = pose_near(T_guide, mesh, used, device, frame);
   if (!picture_out.empty()) {
@@ -302,6 +303,7 @@ void InitCommand::run() const {
     outcome.frame = read_frame(image, frame_number);
   }
   const std::optional<Camera> known = known_camera(outcome.frame);
+  if (known) warn_if(io::camera_warning(*known));
   if (click) {
     outcome.given = click_points(outcome.frame, *outcome.mesh, known);
   }
@@ -309,9 +311,6 @@ void InitCommand::run() const {
                               : pose_and_focal_from_points(outcome.given, outcome.frame.cols, outcome.frame.rows);
   for (const std::string& warning : outcome.from_points.warnings) {
     print_warning(warning);
-  }
-  if (known) {
-    warn_if(io::camera_warning(*known));
   }
   if (outcome.mesh) {
     const std::optional<std::string> unit = other_unit(*outcome.mesh, outcome.given);

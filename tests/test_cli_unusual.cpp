@@ -190,7 +190,7 @@ TEST_CASE("Models that are nearly right") {
 TEST_CASE("A focal length in millimetres is warned of") {
   write("lens.txt", "4.2 4.2 159.5 119.5\n");
   const ProgramRun run = inputs().run(track("frames", "box.obj", "lens.txt"));
-  CHECK(run.err.find("focal length is only 4.2 pixels, for pictures of 320x240: is it in millimetres?") !=
+  CHECK(run.err.find("focal length is 4.2 pixels, far too short for frames of 320x240: is it in millimetres") !=
         std::string::npos);
   // The widest lens that shows straight lines as such, as good as: 150 degrees.
   write("wide.txt", "43 43 159.5 119.5\n");
