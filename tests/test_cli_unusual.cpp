@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <opencv2/calib3d.hpp>
@@ -263,6 +264,20 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
   const std::string other_unit = init("millimetres.csv").err;
   CHECK(other_unit.find("the points spread over 262 m and the model over 0.262 m") != std::string::npos);
   CHECK(other_unit.find("--model-scale") == std::string::npos);
+}
+
+TEST_CASE("A frame that a decoder stumbles over is told in one line") {
+  write("short.ppm", "P6 320 240 255\n" + std::string(99, '\0'));
+  std::string png = read_file(inputs().folder() / "frames/0.png");
+  png[png.size() / 2] = static_cast<char>(png[png.size() / 2] ^ 1);
+  write("flipped.png", png);
+  for (const char* name : {"short.ppm", "flipped.png"}) {
+    CAPTURE(name);
+    const ProgramRun run = inputs().run(track(name));
+    CHECK(run.exit_code == kInput);
+    CHECK(run.err.starts_with("holdfast: error: cannot read frame 0, '" + std::string(name)));
+    CHECK(std::count(run.err.begin(), run.err.end(), '\n') == 1);
+  }
 }
 
 TEST_CASE("An overlay that a kill cuts off can be played as far as it goes") {

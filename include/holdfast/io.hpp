@@ -79,8 +79,8 @@ HOLDFAST_EXPORT std::vector<TimedPose> load_timed_poses(const std::filesystem::p
 /// Writes a 4x4 matrix as text. Throws Error(output), and Error(pose) when it is not finite.
 HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 
-/// Looks at an encoded image's header before anything is decoded. Throws Error(file) where it is no picture of a known
-/// kind, ends early, or has more than 67 million pixels. `name` is for the message.
+/// Looks at an encoded image before anything is decoded. Throws Error(file) where it is no picture of a known kind,
+/// ends early, is a PNG whose sums are wrong, or has more than 67 million pixels. `name` is for the message.
 HOLDFAST_EXPORT void check_image(const void* bytes, std::size_t size, const std::string& name);
 
 /// By how many degrees to the right an encoded picture says (EXIF) that it must be turned to stand upright: 0, 90, 180
