@@ -183,6 +183,7 @@ BakeReport BakeCommand::bake_tracked() const {
   FrameSource source(inputs.front(), source_options);
   warn_if(source.doubt());
   const Camera calibrated = camera.load(source.size().width, source.size().height);
+  warn_if(io::camera_warning(calibrated));
   const Mesh mesh = load_mesh();
   const Pose T_given = init.load();
   warn_about_units(mesh, T_given, calibrated);
@@ -238,6 +239,7 @@ BakeReport BakeCommand::bake_posed() const {
   source_options.stop = stop;
   PosedFrames frames(inputs, poses, source_options);
   const Camera calibrated = camera.load(frames.size().width, frames.size().height);
+  warn_if(io::camera_warning(calibrated));
   const Mesh mesh = load_mesh();
   // Images that were chosen one by one are all wanted.
   const int every = every_given || inputs.size() == 1 ? options.every : 1;

@@ -106,6 +106,7 @@ Mesh load_mesh(const EvaluateArguments& arguments, const fs::path& path, const S
   Mesh mesh = model.load(arguments.poses.empty());
   warn_about_units(mesh, sequence.truth.front(),
                    sequence.frames.empty() ? std::nullopt : std::optional(sequence.camera));
+  if (!sequence.frames.empty()) warn_if(io::camera_warning(sequence.camera));
   return mesh;
 }
 

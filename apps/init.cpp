@@ -267,6 +267,7 @@ void InitCommand::run_guide() const {
   const cv::Mat frame = read_frame(image, frame_number);
   const Camera used = camera.load(frame.cols, frame.rows);
   const Pose T_guide = io::load_pose(guide);
+  warn_if(io::camera_warning(used));
   warn_about_units(mesh, T_guide, used);
   const std::optional<Pose> found = pose_near(T_guide, mesh, used, device, frame);
   if (!picture_out.empty()) {
@@ -303,6 +304,7 @@ void InitCommand::run() const {
     outcome.frame = read_frame(image, frame_number);
   }
   const std::optional<Camera> known = known_camera(outcome.frame);
+  if (known) warn_if(io::camera_warning(*known));
   if (click) {
     outcome.given = click_points(outcome.frame, *outcome.mesh, known);
   }
@@ -311,10 +313,7 @@ void InitCommand::run() const {
   for (const std::string& warning : outcome.from_points.warnings) {
     print_warning(warning);
   }
-  if (known) {
-    warn_if(io::camera_warning(*known));
-    warn_if(mirrored_points(outcome.given, *known, outcome.from_points.rms));
-  }
+  if (known) warn_if(mirrored_points(outcome.given, *known, outcome.from_points.rms));
   if (outcome.mesh) {
     const std::optional<std::string> unit = other_unit(*outcome.mesh, outcome.given);
     warn_if(unit);

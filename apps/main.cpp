@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <iostream>
 #include <memory>
 #include <new>
 #include <opencv2/core/utils/logger.hpp>
@@ -68,6 +69,7 @@ void silence_libraries() {
   constexpr int keep = 0;
   if (std::getenv("OPENCV_LOG_LEVEL") == nullptr) {  // OpenCV has read it before main()
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    std::cerr.rdbuf(nullptr);  // OpenCV's image decoders write to it past its log; the program itself writes to stderr
   }
   setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", keep);
 }

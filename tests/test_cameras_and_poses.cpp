@@ -150,6 +150,17 @@ TEST_CASE("Cameras: coefficients of distortion by their names, and under names t
     CHECK_FALSE(load(rest + name + ": [0, 0]\n").has_distortion());
   }
   CHECK_FALSE(load(rest + "distortion_model: plumb_bob\ndistance: far\n").has_distortion());
+  // MATLAB's
+  CHECK(load(rest + "radial: [-0.25, 0.125, 0.03]\ntangential: [0.001, -0.002]\n").distortion == kFive);
+  CHECK(load(rest + "RadialDistortion: [-0.25, 0.125, 0.03]\nTangentialDistortion: [0.001, -0.002]\n").distortion ==
+        kFive);
+  CHECK(load(rest + "distortion: {radial: [-0.25, 0.125, 0.03], tangential: [[0.001], [-0.002]]}\n").distortion ==
+        kFive);
+  CHECK(load(rest + "radial: [0.1, 0.2]\n").distortion == std::array<double, 8>{0.1, 0.2, 0, 0, 0, 0, 0, 0});
+  CHECK_ERROR(load(rest + "radial: [0.1]\n"), ErrorCode::camera, "1 radial", "k1 k2 [k3]");
+  CHECK_ERROR(load(rest + "fisheye: 1\nradial: [0.1, 0.2]\n"), ErrorCode::camera, "fisheye", "k1 k2 k3 k4");
+  CHECK_ERROR(load(rest + "D: [0.1, 0, 0, 0]\nradial: [0.1, 0.2]\n"), ErrorCode::camera, "'radial'");
+  CHECK_ERROR(load(rest + "radial_coefficients: [0.1, 0.2]\n"), ErrorCode::camera, "'radial_coefficients'");
 }
 
 TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
@@ -157,10 +168,12 @@ TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
   const auto load = [&folder](const std::string& text) { return io::load_camera(folder.write("c.yaml", text)); };
   const std::string matrix = "camera_matrix: [661.5, 0, 318.75, 0, 662.25, 241, 0, 0, 1]\n";
   for (const char* size : {"imageSize_width: 640\nimageSize_height: 480\n", "image_size: {width: 640, height: 480}\n",
-                           "resolution: [640, 480]\n", "img_width: 640\nimg_height: 480\n"}) {
+                           "resolution: [640, 480]\n", "img_width: 640\nimg_height: 480\n", "w: 640.0\nh: 480\n"}) {
     CAPTURE(size);
     check_camera(load(size + matrix), 640, 480);
   }
+  check_camera(load("w: 640\nh: 480\nfl_x: 661.5\nfl_y: 662.25\ncx: 318.75\ncy: 241\n"), 640, 480);  // NeRF's
+  check_camera(load("width: 640\nheight: 480\nfx: 661.5\nfy: 662.25\nppx: 318.75\nppy: 241\n"), 640, 480);
   const std::string ros = "image_width: 640\nimage_height: 480\n" + matrix;
   check_camera(load(ros + "binning_x: 0\nbinning_y: 1\nroi: {x_offset: 0, y_offset: 0, width: 0, height: 0}\n"), 640,
                480);
@@ -174,6 +187,21 @@ TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
   const Eigen::Vector2d before = whole.project(point), after = camera.project(point);
   CHECK(after.x() == doctest::Approx((before.x() + 0.5 - 100) / 2 - 0.5));
   CHECK(after.y() == doctest::Approx((before.y() + 0.5 - 40) / 4 - 0.5));
+}
+
+TEST_CASE("A focal length that no lens has for the frames is told") {
+  const auto warning = [](double fx, double fy, int width = 640, int height = 480) {
+    return io::camera_warning({width, height, fx, fy, 0.5 * (width - 1), 0.5 * (height - 1), {}}).value_or("");
+  };
+  CHECK(warning(4.5, 4.5).find("4.5 pixels, far too short for frames of 640x480: is it in millimetres") !=
+        std::string::npos);
+  CHECK(warning(0.9375, 1.27).find("shares of the frame") != std::string::npos);
+  CHECK(warning(65, 47).find("too short") != std::string::npos);
+  CHECK(warning(4500, 1e5).find("1e+05 pixels, far too long") != std::string::npos);
+  CHECK(warning(65, 65).empty());               // 157 degrees wide
+  CHECK(warning(12000, 12000).empty());         // 3 degrees
+  CHECK(warning(7000, 7000, 40, 480).empty());  // a strip of a long lens's frame
+  CHECK(warning(4.5, 4.5, 0, 0).empty());
 }
 
 TEST_CASE("A principal point far from the middle is told, and frames that are turned") {
@@ -215,6 +243,19 @@ TEST_CASE("Cameras that cannot be used: one line that names the file and the fau
               "not supported");
   CHECK_ERROR(load("camera_model: ds\nintrinsics: [-0.2, 0.6, 600, 600, 320, 240]"), ErrorCode::camera, "'ds'",
               "not supported");
+  const std::string one = "fx: 1\nfy: 1\ncx: 1\ncy: 1\n";
+  for (const char* other : {"type: omnidirectional", "projection: equirectangular", "projection_type: spherical",
+                            "model: distortion.ftheta", "lens: cylindrical", "model: DS"}) {
+    CAPTURE(other);
+    CHECK_ERROR(load(one + other), ErrorCode::camera, "camera model '", "not supported");
+  }
+  CHECK_ERROR(load(one + "xi: 0.9"), ErrorCode::camera, "'xi' is 0.9", "not supported");
+  for (const char* usual :
+       {"type: OmniVision OV9281", "model: D435", "projection: frame", "type: perspective", "lens: 8 mm", "xi: 0"}) {
+    CAPTURE(usual);
+    CHECK(load(one + usual).lens == LensModel::polynomial);
+  }
+  CHECK(load(one + "model: distortion.kannala_brandt4").lens == LensModel::fisheye);
   CHECK_ERROR(load("model: inverse_brown_conrady\nfx: 1\nfy: 1\ncx: 1\ncy: 1"), ErrorCode::camera, "inverse");
   CHECK_ERROR(load("fx: 1\nfy: 1\ncx: 1\ncy: 1\nwidth: 640\nheight: 480\nroi: {x_offset: 600, y_offset: 0, width: 320, "
                    "height: 240}"),

@@ -345,5 +345,19 @@ TEST_CASE("What a picture takes is known from its header") {
       CHECK((!caught.thrown || caught.says(ErrorCode::file, {"cut"})));
     }
   }
+  // A byte of the picture is another one: libpng would tell that on stderr. One of a comment's does no harm.
+  REQUIRE(cv::imencode(".png", cv::Mat(50, 70, CV_8UC3, cv::Scalar(30, 20, 10)), encoded));
+  std::string png(encoded.begin(), encoded.end());
+  png.insert(33, std::string("\0\0\0\3tEXta\0b____", 15));
+  io::check_image(png.data(), png.size(), "commented.png");
+  png[png.find("IDAT") + 12] ^= 1;
+  CHECK_ERROR(io::check_image(png.data(), png.size(), "flipped.png"), ErrorCode::file, "flipped.png", "damaged");
+  // A JPEG that promises more than its bytes can hold; of one colour it is as small as it can be.
+  REQUIRE(cv::imencode(".jpg", cv::Mat(2000, 2000, CV_8UC1, cv::Scalar(128)), encoded));
+  io::check_image(encoded.data(), encoded.size(), "grey.jpg");
+  REQUIRE(cv::imencode(".jpg", cv::Mat(8, 8, CV_8UC1, cv::Scalar(128)), encoded));
+  std::string jpeg(encoded.begin(), encoded.end());
+  jpeg.replace(jpeg.find("\xff\xc0") + 5, 4, "\x1f\x40\x1f\x40");
+  CHECK_ERROR(io::check_image(jpeg.data(), jpeg.size(), "claim.jpg"), ErrorCode::file, "claim.jpg", "damaged");
   CHECK_ERROR(io::load_texture(folder.write("short.bmp", "BM")), ErrorCode::file, "short.bmp", "cannot be decoded");
 }

@@ -11,8 +11,9 @@ namespace holdfast::app {
 /// A video being written: .mp4 and .mkv with H.264 (MPEG-4 where there is no encoder for it), .avi with motion JPEG.
 class OverlayVideo {
  public:
-  /// Written beside its place under the name of part_of(): of one that is cut off .mkv and .avi can be played, .mp4 and
-  /// .mov cannot. Throws Error(output) when the file cannot be written, or its name has another extension.
+  /// Written beside its place under the name of part_of(): of one that is cut off .avi can be played, .mkv once its
+  /// first seconds are written, .mp4 and .mov cannot. Throws Error(output) when the file cannot be written, or its name
+  /// has another extension.
   OverlayVideo(const std::filesystem::path& path, cv::Size size, double frame_rate);
   ~OverlayVideo();
   OverlayVideo(const OverlayVideo&) = delete;

@@ -65,7 +65,7 @@ void TrackCommand::add_to(CLI::App& command) {
       ->group(output_group);
   command
       .add_option("--overlay", outputs.overlay,
-                  "Video (.mp4; .mkv or .avi, which play after a kill too): the model's contour, and pixels "
+                  "Video (.mp4, .mkv, .mov; .avi, which plays after a kill too): the model's contour, and pixels "
                   "used (green) or rejected (red)")
       ->type_name("FILE")
       ->group(output_group);

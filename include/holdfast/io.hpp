@@ -37,8 +37,7 @@ HOLDFAST_EXPORT bool is_file_of_model(const std::filesystem::path& path, const s
 HOLDFAST_EXPORT std::vector<std::filesystem::path> replaceable_model_files(const std::filesystem::path& path);
 
 /// A warning naming the likely unit when the object is under 1 mm or over 30 m (100 m where it is seen whole), or when,
-/// seen at this pose, it is about 1000 times too large or too small for the picture, or when the focal length is too
-/// short for any lens and probably in millimetres; nothing when all is plausible.
+/// seen at this pose, it is about 1000 times too large or too small for the picture; nothing when all is plausible.
 HOLDFAST_EXPORT std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                                         const std::optional<Camera>& camera);
 
@@ -56,8 +55,9 @@ HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera
 /// from.
 HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale = false);
 
-/// A warning where the principal point lies so far from the middle of the frames that the calibration is probably
-/// another picture's; nothing where it is near or the camera has no size.
+/// A warning where the focal length is no lens's for the frames, probably in another unit than pixels, or where the
+/// principal point lies so far from their middle that the calibration is probably another picture's; nothing where both
+/// are plausible or the camera has no size.
 HOLDFAST_EXPORT std::optional<std::string> camera_warning(const Camera& camera);
 
 /// Reads the first pose of a file: a 3x4 or 4x4 row-major matrix in any line layout, TUM (t tx ty tz qx qy qz qw), or
@@ -79,8 +79,8 @@ HOLDFAST_EXPORT std::vector<TimedPose> load_timed_poses(const std::filesystem::p
 /// Writes a 4x4 matrix as text. Throws Error(output), and Error(pose) when it is not finite.
 HOLDFAST_EXPORT void save_pose(const std::filesystem::path& path, const Pose& T_camera_object);
 
-/// Looks at an encoded image's header before anything is decoded. Throws Error(file) where it is no picture of a known
-/// kind, ends early, or has more than 67 million pixels. `name` is for the message.
+/// Looks at an encoded image before anything is decoded. Throws Error(file) where it is no picture of a known kind,
+/// ends early, is a PNG whose sums are wrong, or has more than 67 million pixels. `name` is for the message.
 HOLDFAST_EXPORT void check_image(const void* bytes, std::size_t size, const std::string& name);
 
 /// By how many degrees to the right an encoded picture says (EXIF) that it must be turned to stand upright: 0, 90, 180

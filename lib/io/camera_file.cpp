@@ -5,12 +5,14 @@
 #include <initializer_list>
 #include <opencv2/core.hpp>
 #include <string_view>
+#include <tuple>
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "io/calibration_document.hpp"
 #include "io/calibration_fields.hpp"
 #include "io/distortion_fields.hpp"
+#include "io/focal_check.hpp"
 #include "io/numbers.hpp"
 #include "io/text_file.hpp"
 
@@ -22,6 +24,13 @@ namespace fs = std::filesystem;
 
 /// Share of a frame's side that a lens's axis is off its middle in no camera that shows all of its sensor.
 constexpr double kFarFromMiddle = 0.15;
+
+/// A frame's width in focal lengths, of a lens that shows straight lines as such: 157 degrees.
+constexpr double kWidest = 10;
+
+/// A focal length in widths of the frame: a telescope's rather than a camera's, 3 degrees.
+constexpr double kLongest = 20;
+
 constexpr std::size_t kMostCameraBytes = 1'000'000;
 
 /// How much the shapes of one view at two sizes differ by, log of width over height: pixels are whole.
@@ -48,6 +57,18 @@ bool is_true(const json& node) {
          (node.is_string() && plain_key(node) == "true");
 }
 
+/// A lens that is not supported, where another name may be a device's.
+bool is_other_lens(const std::string& name) {
+  const auto holds = [&name](std::string_view part) { return name.find(part) != name.npos; };
+  const auto is = [&name](std::string_view whole) { return name == whole; };
+  return std::ranges::any_of(
+             std::initializer_list<std::string_view>{"inverse", "omnidir", "equirect", "spher", "panoram", "cylindr",
+                                                     "stereographic", "orthographic", "equisolid", "ftheta"},
+             holds) ||
+         std::ranges::any_of(
+             std::initializer_list<std::string_view>{"omni", "mei", "ds", "ucm", "eucm", "unified", "fov"}, is);
+}
+
 /// The lens by what the file calls it, under any of the names that are about.
 LensModel lens_model(const json& document, const fs::path& path) {
   LensModel lens = LensModel::polynomial;
@@ -55,22 +76,30 @@ LensModel lens_model(const json& document, const fs::path& path) {
       fisheye != nullptr && is_true(*fisheye)) {
     lens = LensModel::fisheye;
   }
+  const json* mirror = find_field(document, {"xi"});
+  if (mirror != nullptr && mirror->is_number() && mirror->get<double>() != 0) {
+    fail_camera(path, fmt::format("its 'xi' is {}: cameras with a mirror, or of two spheres, are not supported",
+                                  mirror->get<double>()));
+  }
   for (const std::string_view key :
-       {"distortionmodel", "cameramodel", "modeltype", "lensmodel", "projectionmodel", "cameratype", "model"}) {
+       {"distortionmodel", "distortiontype", "cameramodel", "modeltype", "lensmodel", "projectionmodel",
+        "projectiontype", "projection", "cameratype", "model", "type", "lenstype", "lens"}) {
     const json* named = find_field(document, {key});
     if (named == nullptr || !named->is_string()) continue;
-    const std::string name = plain_key(*named);
+    std::string name = plain_key(*named);
+    if (name.starts_with("distortion")) name.erase(0, std::string_view("distortion").size());  // RealSense's
+    const bool may_be_device = key == "model" || key == "type" || key == "lenstype" || key == "lens";
     const auto is_one_of = [&name](std::initializer_list<std::string_view> names) {
       return std::find(names.begin(), names.end(), name) != names.end();
     };
     if (is_one_of({"equidistant", "fisheye", "opencvfisheye", "kannalabrandt", "kannalabrandt4", "kannalabrandt8"})) {
       lens = LensModel::fisheye;
-    } else if ((key != "model" || name.find("inverse") != name.npos) &&  // a device's name, or a lens's
+    } else if ((!may_be_device || is_other_lens(name)) &&
                !is_one_of({"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv",
-                           "pinhole", "perspective", "brown", "brownconrady", "standard"})) {
+                           "pinhole", "perspective", "brown", "brownconrady", "standard", "frame"})) {
       fail_camera(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
                                     "equidistant, or undistort the frames",
-                                    key == "distortionmodel" ? "distortion model" : "camera model",
+                                    key.starts_with("distortion") ? "distortion model" : "camera model",
                                     named->get<std::string>().substr(0, 40)));
     }
   }
@@ -86,8 +115,8 @@ int size_in_pixels(const json& node, const fs::path& path, const std::string& na
 }
 
 void set_size(Camera& camera, const json& document, const fs::path& path) {
-  const json* width = find_field(document, {"imagewidth", "width", "imagesizewidth", "imgwidth"});
-  const json* height = find_field(document, {"imageheight", "height", "imagesizeheight", "imgheight"});
+  const json* width = find_field(document, {"imagewidth", "width", "imagesizewidth", "imgwidth", "w"});
+  const json* height = find_field(document, {"imageheight", "height", "imagesizeheight", "imgheight", "h"});
   if (width != nullptr && height != nullptr) {
     camera.width = size_in_pixels(*width, path, "image_width");
     camera.height = size_in_pixels(*height, path, "image_height");
@@ -155,9 +184,12 @@ void set_intrinsics(Camera& camera, const json& document, const fs::path& path) 
     camera.cy = values[3];
     return;
   }
-  for (const auto& [name, value] :
-       {std::pair{"fx", &camera.fx}, {"fy", &camera.fy}, {"cx", &camera.cx}, {"cy", &camera.cy}}) {
-    const json* node = find_field(document, {name});
+  // NeRF's and RealSense's names too.
+  for (const auto& [name, other, value] : {std::tuple{"fx", "flx", &camera.fx},
+                                           {"fy", "fly", &camera.fy},
+                                           {"cx", "ppx", &camera.cx},
+                                           {"cy", "ppy", &camera.cy}}) {
+    const json* node = find_field(document, {name, other});
     if (node == nullptr) {
       fail_camera(path, "there is neither a camera_matrix nor fx, fy, cx, cy in it");
     }
@@ -260,10 +292,24 @@ void save_camera(const fs::path& path, const Camera& camera) {
   write_text_file(path, storage.releaseAndGetString());
 }
 
+std::optional<std::string> focal_warning(const Camera& camera) {
+  if (camera.width <= 0 || camera.height <= 0) return std::nullopt;
+  const bool is_short = camera.width > kWidest * camera.fx || camera.height > kWidest * camera.fy;
+  const double longer_side = std::max(camera.width, camera.height);
+  if (!is_short && std::max(camera.fx, camera.fy) <= kLongest * longer_side) return std::nullopt;
+  return fmt::format(
+      "the focal length is {:.3g} pixels, far too {} for frames of {}x{}: {}",
+      is_short ? camera.fx : std::max(camera.fx, camera.fy), is_short ? "short" : "long", camera.width, camera.height,
+      is_short ? "is it in millimetres (divide it by the sensor's width, multiply it by the frame's), or in shares of "
+                 "the frame (multiply it by that)?"
+               : "was the camera calibrated at another size, or is it in micrometres?");
+}
+
 std::optional<std::string> camera_warning(const Camera& camera) {
   if (camera.width <= 0 || camera.height <= 0) {
     return std::nullopt;
   }
+  if (std::optional<std::string> focal = focal_warning(camera)) return focal;
   const double across = std::abs(camera.cx + 0.5 - 0.5 * camera.width) / camera.width;
   const double down = std::abs(camera.cy + 0.5 - 0.5 * camera.height) / camera.height;
   if (across < kFarFromMiddle && down < kFarFromMiddle) {

@@ -56,6 +56,25 @@ std::vector<double> named_coefficients(LensModel lens, const json& document, con
   return found ? values : std::vector<double>();
 }
 
+constexpr std::array<std::string_view, 4> kSplitNames = {"radialdistortion", "radial", "tangentialdistortion",
+                                                         "tangential"};
+
+/// MATLAB's way, radial k1 k2 [k3] and tangential p1 p2, in OpenCV's order; empty where there are none.
+std::vector<double> split_coefficients(LensModel lens, const json& document, const fs::path& path) {
+  const json* radial = find_field(document, {kSplitNames[0], kSplitNames[1]});
+  const json* tangential = find_field(document, {kSplitNames[2], kSplitNames[3]});
+  if (radial == nullptr && tangential == nullptr) return {};
+  const std::vector<double> k = radial != nullptr ? matrix_values(*radial, path, "radial") : std::vector<double>{0, 0};
+  const std::vector<double> p =
+      tangential != nullptr ? matrix_values(*tangential, path, "tangential") : std::vector<double>{0, 0};
+  if (lens == LensModel::fisheye || k.size() < 2 || k.size() > 3 || p.size() != 2) {
+    fail_camera(path,
+                fmt::format("{} radial and {} tangential coefficients{}; supported are k1 k2 [k3] and p1 p2", k.size(),
+                            p.size(), lens == LensModel::fisheye ? " of a fisheye, which has k1 k2 k3 k4" : ""));
+  }
+  return {k[0], k[1], p[0], p[1], k.size() > 2 ? k[2] : 0};
+}
+
 bool holds_numbers(const json& node) {
   if (node.is_structured()) return std::any_of(node.begin(), node.end(), holds_numbers);
   return node.is_number() && node.get<double>() != 0;
@@ -65,7 +84,10 @@ bool holds_numbers(const json& node) {
 void require_no_other_distortion(const json& document, const json* taken, const fs::path& path) {
   for (const auto& [key, value] : document.items()) {
     const std::string name = plain_key(key);
-    const bool meant = name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos;
+    const bool split = name.starts_with("radial") || name.starts_with("tangential");
+    if (taken == nullptr && std::ranges::any_of(kSplitNames, [&name](auto known) { return known == name; })) continue;
+    const bool meant =
+        split || name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos;
     if (meant && &value != taken && holds_numbers(value)) {
       fail_camera(
           path, fmt::format("'{}' seems to be its distortion: name it distortion_coefficients, k1 k2 p1 p2 [k3 [k4 k5 "
@@ -84,6 +106,7 @@ void read_distortion(Camera& camera, const json& document, const fs::path& path)
   if (distortion == nullptr || distortion->is_null()) distortion = &document;
   std::vector<double> values =
       distortion->is_object() ? named_coefficients(camera.lens, *distortion, path) : std::vector<double>();
+  if (values.empty() && distortion->is_object()) values = split_coefficients(camera.lens, *distortion, path);
   if (values.empty() && distortion != &document) {
     values = matrix_values(*distortion, path, "distortion_coefficients");
   }

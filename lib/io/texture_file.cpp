@@ -11,6 +11,7 @@
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 #include "io/image_header.hpp"
+#include "io/png_chunks.hpp"
 #include "io/text_file.hpp"
 
 namespace holdfast::io {
@@ -55,11 +56,18 @@ constexpr std::size_t kMostImageBytes = std::size_t{1} << 29;
 constexpr std::uint64_t kMostSide = 1 << 15;
 constexpr std::uint64_t kMostPixels = 1 << 26;
 
-/// libpng and libjpeg write to stderr when a file ends early, so that is looked for before they are asked.
-bool ends_early(std::string_view bytes) {
-  const bool png = bytes.starts_with("\x89PNG");
-  const bool jpeg = bytes.starts_with("\xff\xd8");
-  return (png && bytes.rfind("IEND") == bytes.npos) || (jpeg && bytes.rfind("\xff\xd9") == bytes.npos);
+/// Pixels that no JPEG holds in a byte: each block of 64 takes a bit at least.
+constexpr std::uint64_t kMostPixelsInByte = 1024;
+
+/// libpng and libjpeg write to stderr when a file is damaged, so that is looked for before they are asked.
+bool is_damaged(std::string_view bytes, const ImageSize& size) {
+  if (bytes.starts_with("\x89PNG")) return !is_whole_png(bytes);
+  return bytes.starts_with("\xff\xd8") &&
+         (bytes.rfind("\xff\xd9") == bytes.npos || size.width * size.height > kMostPixelsInByte * bytes.size());
+}
+
+Error damaged(const std::string& name) {
+  return {ErrorCode::file, fmt::format("image '{}' cannot be decoded: it is damaged, or no PNG or JPEG file", name)};
 }
 
 }  // namespace
@@ -67,10 +75,7 @@ bool ends_early(std::string_view bytes) {
 void check_image(const void* bytes, std::size_t size, const std::string& name) {
   const std::string_view text(static_cast<const char*>(bytes), size);
   const std::optional<ImageSize> shown = size > 0 ? image_size(text) : std::nullopt;
-  if (!shown || shown->width == 0 || shown->height == 0 || ends_early(text)) {
-    throw Error(ErrorCode::file,
-                fmt::format("image '{}' cannot be decoded: it is damaged, or no PNG or JPEG file", name));
-  }
+  if (!shown || shown->width == 0 || shown->height == 0) throw damaged(name);
   if (shown->width > kMostSide || shown->height > kMostSide || shown->width * shown->height > kMostPixels) {
     throw Error(
         ErrorCode::file,
@@ -78,6 +83,7 @@ void check_image(const void* bytes, std::size_t size, const std::string& name) {
                     "damaged",
                     name, shown->width, shown->height, kMostSide));
   }
+  if (is_damaged(text, *shown)) throw damaged(name);
 }
 
 int image_turn(const void* bytes, std::size_t size) {
@@ -105,10 +111,7 @@ Texture decode_texture(const void* bytes, std::size_t size, const std::string& n
   } catch (const cv::Exception&) {
     image.release();  // said below, in one line
   }
-  if (image.empty()) {
-    throw Error(ErrorCode::file,
-                fmt::format("image '{}' cannot be decoded: it is damaged, or no PNG or JPEG file", name));
-  }
+  if (image.empty()) throw damaged(name);
   return texture_from_image(image, name);
 }
 

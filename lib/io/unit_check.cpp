@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "holdfast/io.hpp"
+#include "io/focal_check.hpp"
 
 namespace holdfast::io {
 namespace {
@@ -22,9 +23,6 @@ constexpr double kTypical = 0.2;  // metres
 constexpr double kApparentSmallest = 1.0 / 300;
 constexpr double kApparentLargest = 5;
 constexpr double kApparentTypical = 0.15;
-
-/// A picture's width in focal lengths, of a lens that shows straight lines as such: 157 degrees.
-constexpr double kWidest = 10;
 
 struct Unit {
   const char* name;
@@ -56,7 +54,7 @@ Unit likely_unit(double size, double typical) {
 std::optional<double> apparent_size(double size, const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                     const std::optional<Camera>& camera) {
   const double picture = camera ? std::max({camera->width * 1.0, camera->height * 1.0, 2 * camera->cx}) : 0;
-  if (!T_camera_object || !(picture > 0)) return std::nullopt;
+  if (!T_camera_object || !(picture > 0) || focal_warning(*camera)) return std::nullopt;
   const double distance = (*T_camera_object * mesh.center()).z();
   if (!(distance > 0)) return std::nullopt;
   return std::max(camera->fx, camera->fy) * size / distance / picture;
@@ -66,12 +64,6 @@ std::optional<double> apparent_size(double size, const Mesh& mesh, const std::op
 
 std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                                         const std::optional<Camera>& camera) {
-  if (camera && (camera->width > kWidest * camera->fx || camera->height > kWidest * camera->fy)) {
-    return fmt::format(
-        "the focal length is only {:.3g} pixels, for pictures of {}x{}: is it in millimetres? in pixels it is that "
-        "over the sensor's width, times the picture's",
-        camera->fx, camera->width, camera->height);
-  }
   const double size = extent(mesh);
   if (!(size > 0)) {
     return std::nullopt;
