@@ -1,7 +1,8 @@
-"""Tracking: the same poses as the program, results, memory and threads."""
+"""Tracking: the same poses as the program, results, memory, threads and processes."""
 
 import gc
 import json
+import multiprocessing
 import os
 import re
 import threading
@@ -238,3 +239,38 @@ def test_the_interpreter_runs_while_a_tracker_works(tracker, frames):
     # With the lock held throughout, no tick would fall well inside of a call. A busy machine has few.
     inside = sum(any(a + 0.25 * (b - a) < t < b - 0.25 * (b - a) for t in ticks) for a, b in spans)
     assert inside >= 3
+
+
+def fork(work):
+    """What `work` returns or raises in a forked process."""
+    context = multiprocessing.get_context("fork")
+    answers = context.Queue()
+
+    def run():
+        try:
+            answers.put(work())
+        except holdfast.Error as error:
+            answers.put(error)
+
+    child = context.Process(target=run)
+    child.start()
+    try:
+        return answers.get(timeout=60)
+    finally:
+        child.kill()
+        child.join()
+
+
+def test_a_forked_process_is_told_to_be_spawned(tracker, box, camera, frames):
+    tracker.track(frames[0])
+    renderer = holdfast.Renderer(box, camera.width, camera.height)
+    for work in (
+        lambda: holdfast.Tracker(box, camera),
+        lambda: tracker.track(frames[1]),
+        lambda: renderer.render(np.eye(4), camera),
+        lambda: holdfast.Device(),
+    ):
+        error = fork(work)
+        assert isinstance(error, holdfast.Error) and "'spawn'" in str(error)
+        assert error.code == holdfast.ErrorCode.device
+    assert tracker.track(frames[1]).held

@@ -58,6 +58,7 @@ void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_obje
 
 void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
                const nb::dict& given, const std::optional<Device>& device) {
+  require_one_process();
   TrackerOptions options = options_of_mode(mode);
   set_fields(options, given);
   constexpr int by_the_subclass = 2;
