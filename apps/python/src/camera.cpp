@@ -171,7 +171,7 @@ void bind_camera(nb::module_& module) {
              if (!nb::isinstance<Camera>(other)) return false;
              const Camera& b = nb::cast<const Camera&>(other);
              return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
-                    a.cy == b.cy && a.distortion == b.distortion;
+                    a.cy == b.cy && a.distortion == b.distortion && a.lens == b.lens;
            })
       .def("__repr__", &text_of);
 }
