@@ -14,7 +14,7 @@ import pytest
 from conftest import distance
 
 import holdfast
-from holdfast.geometry import matrix_of
+from holdfast.geometry import camera_covariance, matrix_of, standard_deviations
 
 
 @pytest.mark.parametrize("mode", ["default", "fast"])
@@ -44,7 +44,7 @@ def test_the_object_is_followed(tracker, simulation, frames):
     for pose, frame in zip(simulation.poses, frames):
         result = tracker.track(frame)
         assert result.held and result.status == holdfast.Status.held
-        assert result.reason == holdfast.Reason.none and result.message == ""
+        assert not result.reason and result.reason == holdfast.Reason.none and result.message == ""
         assert result.texture.asked and result.texture.holds
         assert 0 < result.texture.used_pixels <= result.texture.gradient_pixels <= result.visible_pixels
         assert 0 < result.texture.inlier_ratio <= 1
@@ -81,7 +81,19 @@ def test_what_is_not_there_is_lost_without_an_exception(tracker, frames):
     for _ in range(3):
         result = tracker.track(rng.integers(0, 255, frames[0].shape, np.uint8))
     assert result.status == holdfast.Status.lost and result.message and result.reason != holdfast.Reason.none
+    assert result.reason and not holdfast.Reason.none
     assert "lost" in repr(result)
+
+
+def test_the_covariance_of_a_pose_that_nothing_tells_is_infinite(box, camera, device, simulation, frames):
+    tracker = holdfast.Tracker(box, camera, device=device, contour=False)
+    tracker.reset(simulation.poses[0])
+    result = tracker.track(np.full_like(frames[0], 128))
+    assert not result.held and not result.information.any()
+    expected = np.diag(np.full(6, np.inf))
+    assert np.array_equal(result.covariance, expected)
+    assert np.array_equal(camera_covariance(result), expected)
+    assert standard_deviations(result) == (np.inf, np.inf)
 
 
 def test_refine_leaves_the_tracker_alone(box, camera, device, simulation, frames):
