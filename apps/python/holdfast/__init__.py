@@ -57,6 +57,7 @@ from ._core import (
     pose_error,
     pose_from_points,
     save_pose,
+    save_poses,
     textured_box,
     unit_warning,
 )
@@ -67,6 +68,6 @@ from .tracker import OcclusionOptions, Tracker, TrackerOptions
 
 __all__ = [name for name in dir() if name[0].isupper()] + [
     "__version__", "as_camera", "as_mesh", "decode_image", "default_options", "devices", "evaluate", "lettered_cube",
-    "load_pose", "load_poses", "load_sequence", "pose_error", "pose_from_points", "save_pose", "textured_box",
-    "unit_warning",
+    "load_pose", "load_poses", "load_sequence", "pose_error", "pose_from_points", "save_pose", "save_poses",
+    "textured_box", "unit_warning",
 ]
