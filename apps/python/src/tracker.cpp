@@ -33,8 +33,12 @@ FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optiona
   FrameArgument frame = frame_argument(value, "frame", format);
   const Camera& camera = self.tracker.camera();
   if (frame.view.width != camera.width || frame.view.height != camera.height) {
+    const bool exchanged = frame.view.width == camera.height && frame.view.height == camera.width;
     throw nb::value_error(("frame: the camera has " + std::to_string(camera.height) + " rows and " +
-                           std::to_string(camera.width) + " columns, got " + described(value))
+                           std::to_string(camera.width) + " columns, got " + described(value) +
+                           (exchanged ? "; are the camera's width and height exchanged (an array's shape is height, "
+                                        "width), or is the frame turned by 90 degrees?"
+                                      : ""))
                               .c_str());
   }
   return frame;
