@@ -254,6 +254,14 @@ def test_a_dict_of_a_mesh_has_known_names(camera):
         holdfast.Tracker({"vertices": np.eye(3)}, camera)
 
 
+def test_frames_of_another_size_than_the_calibrations_are_refused(camera, tmp_path):
+    camera.save(tmp_path / "camera.yml")
+    with pytest.raises(holdfast.Error, match="640x480.*320x240: pass rescale=True if"):
+        holdfast.Camera.load(tmp_path / "camera.yml", 640, 480)
+    with pytest.raises(holdfast.Error, match="no pixels .0x0.: was the video opened"):
+        holdfast.Camera.load(tmp_path / "camera.yml", 0, 0)
+
+
 def test_a_principal_point_far_from_the_middle_is_warned_of(box, device):
     with pytest.warns(UserWarning, match="principal point.*another size"):
         holdfast.Tracker(box, holdfast.Camera(650, 650, 320, 240, 960, 720), device=device)

@@ -13,6 +13,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "common_options.hpp"
 #include "holdfast/detection.hpp"
 #include "holdfast/io.hpp"
 #include "texture_argument.hpp"
@@ -50,14 +51,11 @@ void warn(const std::string& doubt, int level) {
 
 /// Warns where the object's size or distance cannot be right; `level`: of the caller's frame.
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object, const Camera& camera, int level) {
-  std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
+  const std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
   if (!doubt) return;
-  for (const auto& [option, argument] :
-       {std::pair<std::string, std::string>{"pass --model-scale ", "pass model_scale="},
-        {"--model-scale", "model_scale"}}) {
-    if (const std::size_t at = doubt->find(option); at != doubt->npos) doubt->replace(at, option.size(), argument);
-  }
-  warn(*doubt, level);
+  warn(app::reworded(*doubt,
+                     {{"scale it by ", "pass model_scale="}, {"multiply the scale by", "multiply model_scale by"}}),
+       level);
 }
 
 void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
