@@ -125,6 +125,24 @@ void CameraArguments::add_to(CLI::App& app, bool required, const char* without) 
       ->group(kInputGroup);
 }
 
+std::string reworded(std::string message, const std::vector<Rewording>& words) {
+  for (const auto& [from, to] : words) {
+    if (const std::size_t at = message.find(from); at != message.npos) message.replace(at, from.size(), to);
+  }
+  return message;
+}
+
+Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale) {
+  try {
+    return io::camera_for_frames(camera, width, height, rescale);
+  } catch (const Error& error) {
+    throw Error(error.code(), reworded(error.what(), {{"rescale it if", "pass --rescale-camera if"},
+                                                      {"cannot be rescaled: give",
+                                                       "cannot be rescaled: leave --rescale-camera out "
+                                                       "and give"}}));
+  }
+}
+
 Camera CameraArguments::load() const {
   Camera camera = io::load_camera(path);
   camera.cx -= pixel_centres;
@@ -133,7 +151,7 @@ Camera CameraArguments::load() const {
 }
 
 Camera CameraArguments::load(int frame_width, int frame_height) const {
-  return io::camera_for_frames(load(), frame_width, frame_height, rescale);
+  return camera_for_frames(load(), frame_width, frame_height, rescale);
 }
 
 const char* lens_name(LensModel lens) { return lens == LensModel::fisheye ? "fisheye" : "polynomial"; }
@@ -355,8 +373,9 @@ void require_named_materials(const Mesh& mesh, const std::filesystem::path& mode
 bool warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object,
                       const std::optional<Camera>& camera) {
   const std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
-  warn_if(doubt);
-  return doubt.has_value();
+  if (!doubt) return false;
+  warn_if(reworded(*doubt, {{"scale it by", "pass --model-scale"}, {"multiply the scale", "multiply --model-scale"}}));
+  return true;
 }
 
 }  // namespace holdfast::app

@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "holdfast/camera.hpp"
@@ -20,6 +21,16 @@ class Option;
 /// Options that several subcommands share. Each is a struct whose add_to() binds it to a subcommand; it must live until
 /// the command line is parsed (keep it in a shared_ptr that the subcommand's callback holds).
 namespace holdfast::app {
+
+/// A message of the library where it speaks of an argument, in the words of whoever passes it: `words` with all of
+/// `from` replaced by `to`.
+struct Rewording {
+  std::string_view from, to;
+};
+std::string reworded(std::string message, const std::vector<Rewording>& words);
+
+/// io::camera_for_frames(), whose errors name the option --rescale-camera.
+Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale);
 
 /// --model, --model-scale
 struct ModelArguments {

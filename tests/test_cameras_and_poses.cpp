@@ -300,7 +300,7 @@ TEST_CASE("The camera for frames of a size") {
   const Camera calibrated{640, 480, 600, 600, 319.5, 239.5, {}};
   CHECK(io::camera_for_frames(calibrated, 640, 480, false).fx == 600);
   CHECK_ERROR(io::camera_for_frames(calibrated, 1280, 960, false), ErrorCode::camera, "1280x960", "640x480",
-              "--rescale-camera");
+              "rescale it if");
   const Camera rescaled = io::camera_for_frames(calibrated, 1280, 960, true);
   CHECK(rescaled.fx == doctest::Approx(1200));
   CHECK(rescaled.cx == doctest::Approx(639.5));  // the centre stays the centre: pixel centres are integers
@@ -309,7 +309,9 @@ TEST_CASE("The camera for frames of a size") {
     CHECK_ERROR(io::camera_for_frames(calibrated, 1280, 720, rescale), ErrorCode::camera, "1280x720", "640x480",
                 "cropped");
   }
-  CHECK_ERROR(io::camera_for_frames(calibrated, 0, 0, true), ErrorCode::camera, "");
+  for (const Camera& camera : {text, calibrated}) {
+    CHECK_ERROR(io::camera_for_frames(camera, 0, 0), ErrorCode::camera, "no pixels (0x0)", "was the video opened?");
+  }
 }
 
 TEST_CASE("Poses: matrices in any line layout and TUM") {

@@ -381,12 +381,12 @@ TEST_CASE("The unit check names the likely unit") {
   };
   const auto warning = [&box](float size) { return io::unit_warning(box(size), {}, {}).value_or(""); };
   CHECK(warning(150) ==
-        "the object is 150 m across: are its coordinates millimetres? pass --model-scale 0.001 (times the "
+        "the object is 150 m across: are its coordinates millimetres? scale it by 0.001 (times the "
         "scale that was given, if any)");
-  CHECK(warning(45).find("centimetres or inches? pass --model-scale 0.01 or 0.0254 (times") != std::string::npos);
-  CHECK(warning(2e5F).find("micrometres? pass --model-scale 1e-06") != std::string::npos);
+  CHECK(warning(45).find("centimetres or inches? scale it by 0.01 or 0.0254 (times") != std::string::npos);
+  CHECK(warning(2e5F).find("micrometres? scale it by 1e-06") != std::string::npos);
   CHECK(warning(2e-4F).find("0.2 mm across") != std::string::npos);
-  CHECK(warning(2e-4F).find("--model-scale by 1000") != std::string::npos);
+  CHECK(warning(2e-4F).find("multiply the scale by 1000") != std::string::npos);
   for (const float plausible : {0.0011F, 0.05F, 0.15F, 2.0F, 9.9F, 12.0F, 29.0F}) {
     CHECK(warning(plausible).empty());
   }
@@ -405,9 +405,9 @@ TEST_CASE("The unit check names the likely unit") {
   CHECK(at(0.15F, 10).empty());
   CHECK(at(0.15F, 600).find("600 m away") != std::string::npos);
   CHECK(at(0.15F, 600).find("millimetres") != std::string::npos);
-  CHECK(at(5, 0.1).find("--model-scale 0.001") != std::string::npos);  // a 5 mm object in millimetres
-  CHECK(at(150, 0.6).find("millimetres? pass --model-scale 0.001") != std::string::npos);
-  CHECK(at(15, 0.6).find("centimetres or inches? pass --model-scale 0.01 or 0.0254") != std::string::npos);
+  CHECK(at(5, 0.1).find("scale it by 0.001") != std::string::npos);  // a 5 mm object in millimetres
+  CHECK(at(150, 0.6).find("millimetres? scale it by 0.001") != std::string::npos);
+  CHECK(at(15, 0.6).find("centimetres or inches? scale it by 0.01 or 0.0254") != std::string::npos);
   CHECK(at(9, 0.4).find("inches") != std::string::npos);
   CHECK(at(5.9F, 0.6).find("inches") != std::string::npos);
   CHECK(at(12, 30).empty());  // a lorry

@@ -178,7 +178,8 @@ EstimatedPoses load_estimated_poses(const fs::path& file, std::optional<double> 
   }
   std::string first;
   std::getline(in, first);
-  const bool table = first.find("frame") != std::string::npos && first.find(',') != std::string::npos;
+  const bool table = first.find('#') == std::string::npos && first.find("frame") != std::string::npos &&
+                     first.find(',') != std::string::npos;
   EstimatedPoses out = table ? load_table(file) : load_lines(file, frame_rate);
   if (out.entries.empty()) {
     bad_file(file, "holds no poses");

@@ -51,7 +51,7 @@ def simulated(seed):
 
 
 def right(record):
-    return record.result.held and record.translation_error <= 0.02 and record.rotation_error <= 5
+    return record.result.held and record.translation_error <= 0.02 and record.rotation_error <= np.radians(5)
 
 
 def judged(records, inside):

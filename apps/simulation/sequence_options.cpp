@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common_options.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 
@@ -41,7 +42,7 @@ Camera camera_of(const SimulateArguments& arguments) {
     const Camera camera = io::load_camera(arguments.camera);
     // A calibration brings its own size; the default must not contradict it.
     if (camera.width > 0 && !arguments.size_given) return camera;
-    return io::camera_for_frames(camera, width, height, arguments.rescale_camera);
+    return app::camera_for_frames(camera, width, height, arguments.rescale_camera);
   }
   const double angle = arguments.view_angle > 0 ? arguments.view_angle : 52.4;
   const double focal = 0.5 * width / std::tan(0.5 * angle * radians_a_degree);

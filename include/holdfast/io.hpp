@@ -50,9 +50,8 @@ HOLDFAST_EXPORT Camera load_camera(const std::filesystem::path& path);
 /// Error(invalid_argument) for another extension, and Error(camera) for a camera that could not be loaded again.
 HOLDFAST_EXPORT void save_camera(const std::filesystem::path& path, const Camera& camera);
 
-/// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes (and the
-/// program's option --rescale-camera) when they differ, unless `rescale`, which needs a size of the same shape to scale
-/// from.
+/// The camera for frames of this size: fills a missing size in; throws Error(camera) naming both sizes when they
+/// differ, unless `rescale`, which needs a size of the same shape to scale from, and where the frames have no size.
 HOLDFAST_EXPORT Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale = false);
 
 /// A warning where the focal length is no lens's for the frames, probably in another unit than pixels, or where the

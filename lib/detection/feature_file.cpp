@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include "base/digest.hpp"
 #include "detection/feature_data.hpp"
@@ -17,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDescriptor = 128;
+constexpr std::string_view kAnyKind = "holdfast features";
 constexpr const char* kKind = "holdfast features 1";
 
 std::string content_hash(const ModelFeatures::Data& data) {
@@ -74,6 +76,10 @@ ModelFeatures ModelFeatures::load(const fs::path& path, const Mesh& mesh) {
   if (!file) throw Error(ErrorCode::file, "the model's views '" + path.string() + "' cannot be read");
   std::string line;
   std::getline(file, line);
+  if (!line.starts_with(kAnyKind)) {  // somebody else's: not to be removed
+    throw Error(ErrorCode::file,
+                "'" + path.string() + "' is no file of views or of remembered features: name another file");
+  }
   if (!line.starts_with(kKind)) refuse(path, "it is no file of views of this version of Holdfast");
   std::istringstream words(line.substr(std::strlen(kKind)));
   const auto data = std::make_shared<Data>();

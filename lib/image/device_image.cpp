@@ -20,7 +20,7 @@ std::size_t check_frame(const View& frame, const Camera& camera) {
   }
   if (frame.width != camera.width || frame.height != camera.height) {
     refuse("the frame is " + size + " pixels but the camera was calibrated for " + pixels(camera.width, camera.height) +
-           "; use the matching calibration, or rescale it (Camera::rescaled, --rescale-camera)");
+           "; use the matching calibration, or rescale it (Camera::rescaled)");
   }
   const int format = static_cast<int>(frame.format);
   if (format < 0 || format > static_cast<int>(PixelFormat::yuyv)) {

@@ -322,12 +322,16 @@ std::optional<std::string> camera_warning(const Camera& camera) {
 }
 
 Camera camera_for_frames(const Camera& camera, int width, int height, bool rescale) {
+  if (width <= 0 || height <= 0) {
+    throw Error(ErrorCode::camera,
+                fmt::format("the frames have no pixels ({}x{}): was the video opened?", width, height));
+  }
   Camera fitted = camera;
   if (camera.width <= 0 || camera.height <= 0) {
     if (rescale) {
       throw Error(ErrorCode::camera,
-                  "the calibration names no size of its own, so it cannot be rescaled: leave --rescale-camera out and "
-                  "give fx fy cx cy for frames of this size, or use a calibration file that has a size");
+                  "the calibration names no size of its own, so it cannot be rescaled: give fx fy cx cy for frames of "
+                  "this size, or use a calibration file that has a size");
     }
     fitted.width = width;
     fitted.height = height;
@@ -348,7 +352,7 @@ Camera camera_for_frames(const Camera& camera, int width, int height, bool resca
     }
     if (!rescale) {
       throw Error(ErrorCode::camera,
-                  fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: pass --rescale-camera if "
+                  fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: rescale it if "
                               "the frames are the same view scaled",
                               width, height, camera.width, camera.height));
     }

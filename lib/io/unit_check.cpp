@@ -26,7 +26,7 @@ constexpr double kApparentTypical = 0.15;
 
 struct Unit {
   const char* name;
-  const char* scale;  ///< as it is given to --model-scale
+  const char* scale;  ///< to metres; two where the unit is one of two
   double metres;
 };
 
@@ -73,14 +73,14 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
   if (size > kLargest && !(plausible && size < kLargestSeen)) {
     const Unit unit = likely_unit(size, kTypical);
     return fmt::format(
-        "the object is {:.3g} m across: are its coordinates {}? pass --model-scale {} (times the scale that was given, "
-        "if any)",
+        "the object is {:.3g} m across: are its coordinates {}? scale it by {} (times the scale that was given, if "
+        "any)",
         size, unit.name, unit.scale);
   }
   if (size < kSmallest) {
     return fmt::format(
         "the object is {:.3g} mm across: was it in metres already when a scale was applied, or are its coordinates "
-        "kilometres? multiply --model-scale by 1000",
+        "kilometres? multiply the scale by 1000",
         size * 1e3);
   }
   const double away = mesh.center().norm();
@@ -104,7 +104,7 @@ std::optional<std::string> unit_warning(const Mesh& mesh, const std::optional<Po
     const Unit unit = likely_unit(*apparent, kApparentTypical);
     return fmt::format(
         "the object is {:.3g} m across but only {:.3g} m away, {:.0f} times as wide as the picture: are its "
-        "coordinates {}? pass --model-scale {} (times the scale that was given, if any)",
+        "coordinates {}? scale it by {} (times the scale that was given, if any)",
         size, distance, *apparent, unit.name, unit.scale);
   }
   return std::nullopt;

@@ -54,6 +54,7 @@ def test_grey_frames_are_taken(tracker, simulation, frames):
         (lambda f: f[0, 0], ValueError, ["frame", "(3,)"]),
         (lambda f: f[:0], ValueError, ["frame", "(0, 320, 3)"]),
         (lambda f: f[:120], ValueError, ["frame", "240 rows", "(120, 320, 3)"]),
+        (lambda f: f.transpose(1, 0, 2).copy(), ValueError, ["frame", "240 rows", "(320, 240, 3)", "exchanged"]),
         (lambda f: f[::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
         (lambda f: f[:, ::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
         (lambda f: f[:, :, ::-1], ValueError, ["frame", "strides", "ascontiguousarray"]),
@@ -227,6 +228,10 @@ def test_a_picture_of_pillow_is_a_texture(box):
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "uv": np.zeros((2, 2))}, ValueError, r"uv.*\(3, 2\).*\(2, 2\)"),
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "colors": np.zeros((3, 2))}, ValueError, r"colors.*\(3, 2\)"),
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": np.zeros((4, 4, 3))}, TypeError, "image.*float64"),
+        (
+            {"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": np.zeros((4, 4, 3), np.uint8)[:, :, ::-1]},
+            ValueError, r"image.*ascontiguousarray of it \(a model's image is RGB\)$",
+        ),
         ({"vertices": np.eye(3), "faces": [[0, 1, 2]], "image": "a.png"}, TypeError, "image.*str.*Mesh.load"),
     ],
 )
@@ -247,6 +252,14 @@ def test_a_dict_of_a_mesh_has_known_names(camera):
         holdfast.Tracker({"verts": np.eye(3), "faces": [[0, 1, 2]]}, camera)
     with pytest.raises(TypeError, match="'faces' is missing"):
         holdfast.Tracker({"vertices": np.eye(3)}, camera)
+
+
+def test_frames_of_another_size_than_the_calibrations_are_refused(camera, tmp_path):
+    camera.save(tmp_path / "camera.yml")
+    with pytest.raises(holdfast.Error, match="640x480.*320x240: pass rescale=True if"):
+        holdfast.Camera.load(tmp_path / "camera.yml", 640, 480)
+    with pytest.raises(holdfast.Error, match="no pixels .0x0.: was the video opened"):
+        holdfast.Camera.load(tmp_path / "camera.yml", 0, 0)
 
 
 def test_a_principal_point_far_from_the_middle_is_warned_of(box, device):

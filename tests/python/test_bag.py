@@ -60,11 +60,12 @@ class Recorder:
             step=data.shape[1], data=data.ravel(),
         )  # fmt: skip
 
-    def camera_info(self, topic, stamp, camera):
-        roi = self.types.types["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    def camera_info(self, topic, stamp, camera, k=None, d=(0, 0, 0, 0, 0), model="plumb_bob", binning=0, roi=(0, 0, 0, 0)):
+        """camera: of P, and of K unless that is given."""
+        roi = self.types.types["sensor_msgs/msg/RegionOfInterest"](*roi, False)
         matrices = {
-            "D": np.zeros(5),
-            "K": camera.matrix.ravel(),
+            "D": np.array(d, float),
+            "K": (camera.matrix if k is None else np.asarray(k, float)).ravel(),
             "R": np.eye(3).ravel(),
             "P": np.hstack([camera.matrix, np.zeros((3, 1))]).ravel(),
         }
@@ -72,7 +73,7 @@ class Recorder:
             matrices = {name.lower(): value for name, value in matrices.items()}
         self.write(
             topic, "sensor_msgs/msg/CameraInfo", stamp, height=camera.height, width=camera.width,
-            distortion_model="plumb_bob", binning_x=0, binning_y=0, roi=roi, **matrices,
+            distortion_model=model, binning_x=binning, binning_y=binning, roi=roi, **matrices,
         )  # fmt: skip
 
 
@@ -181,6 +182,56 @@ def test_starts_from_a_file_or_without_a_pose(box, camera, simulation, frames, t
     holdfast.save_pose(tmp_path / "pose.txt", simulation.poses[0])
     given = holdfast.bag.track(tmp_path / "run.bag", tmp_path / "given", box, tmp_path / "pose.txt", camera=camera)
     assert len(given) == 3 and not given[0].held
+
+
+@pytest.mark.parametrize("ros1", [True, False])
+@pytest.mark.parametrize("topic, rectified", [
+    ("/camera/image_rect_color", None), ("/camera/image_rect/compressed", None), ("/camera/image", True)
+])  # fmt: skip
+def test_rectified_images_are_not_undistorted_again(topic, rectified, ros1, box, camera, simulation, frames, tmp_path):
+    run = tmp_path / ("run.bag" if ros1 else "run")
+    with Recorder(ros1, run) as recorder:
+        recorder.camera_info("/camera/camera_info", START, camera, k=camera.matrix * [[1.1], [1.1], [1]], d=[-0.3, 0.1, 0, 0, 0])
+        recorder.image(topic, START, frames[0], "bgr8", padding=0)
+    assert holdfast.bag.read_camera(run).distortion[0] == -0.3
+    (result,) = holdfast.bag.track(run, tmp_path / "poses", box, simulation.poses[0], rectified=rectified)
+    tracker = holdfast.Tracker(box, camera)
+    tracker.reset(simulation.poses[0])
+    assert distance(result.T_camera_object, tracker.track(frames[0]).T_camera_object) == 0
+
+
+def test_camera_info_is_read_as_files_are(camera, tmp_path):
+    def read(name, **fields):
+        with Recorder(True, tmp_path / name) as recorder:
+            recorder.camera_info("/info", START, camera, **fields)
+        return holdfast.bag.read_camera(tmp_path / name)
+
+    part = read("roi.bag", binning=2, roi=(10, 20, 200, 100))  # x, y, height, width
+    assert (part.width, part.height, part.fx) == (50, 100, camera.fx / 2)
+    assert (part.cx, part.cy) == ((camera.cx - 10 + 0.5) / 2 - 0.5, (camera.cy - 20 + 0.5) / 2 - 0.5)
+    fisheye = read("fisheye.bag", d=[0.1, 0.02, 0, 0], model="equidistant")
+    fisheye.save(tmp_path / "fisheye.yml")
+    assert "equidistant" in (tmp_path / "fisheye.yml").read_text()
+    assert fisheye == holdfast.Camera.load(tmp_path / "fisheye.yml") != read("plain.bag", d=[0.1, 0.02, 0, 0])
+    with pytest.raises(holdfast.Error, match=r"^CameraInfo on '/info' is not calibrated \(K is zero\)"):
+        read("zero.bag", k=np.zeros((3, 3)))
+    with pytest.raises(holdfast.Error, match="^CameraInfo on '/info': .*'omni'") as raised:
+        read("omni.bag", model="omni")
+    assert raised.value.code == holdfast.ErrorCode.camera
+
+
+@pytest.mark.parametrize("output", ["poses.bag", "poses"])
+def test_a_run_that_fails_leaves_no_bag(output, box, camera, simulation, frames, tmp_path):
+    record(tmp_path / "run.bag", True, frames, camera)
+
+    def stop(frame, result):
+        raise KeyboardInterrupt
+
+    arguments = tmp_path / "run.bag", tmp_path / output, box, simulation.poses[0]
+    with pytest.raises(KeyboardInterrupt):
+        holdfast.bag.track(*arguments, after_frame=stop)
+    assert not (tmp_path / output).exists()
+    assert len(holdfast.bag.track(*arguments)) == FRAMES
 
 
 def test_what_is_wrong_with_a_bag_is_said(camera, frames, tmp_path):

@@ -144,3 +144,6 @@ def test_what_a_run_remembers_starts_the_next_one(box, big_camera, device, tmp_p
     with pytest.raises(holdfast.Error, match="nowhere") as raised:
         first.remember(tmp_path / "nowhere" / "box.seen")
     assert raised.value.code == holdfast.ErrorCode.output
+    path.write_text("x,y,z,u,v\n0,0,0,1,1\n")
+    with pytest.raises(holdfast.Error, match="is no file of views or of remembered features: name another file$"):
+        first.remember(path)

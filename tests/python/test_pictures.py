@@ -15,7 +15,8 @@ def results(tracker, frames):
 
 def test_outlines_go_round_the_object(box, camera, simulation):
     renderer = holdfast.Renderer(box, camera.width, camera.height)
-    lines = np.array(pictures.outlines(renderer, simulation.poses[0], camera))
+    lines = holdfast.outlines(renderer, simulation.poses[0], camera)
+    assert lines.shape[1:] == (2, 2)
     seen = pictures.silhouette(renderer, simulation.poses[0], camera)
     # A closed contour: going along x as far forwards as backwards encloses its area (Green's theorem, by rows).
     horizontal = lines[np.isclose(lines[:, 0, 1], lines[:, 1, 1])]
@@ -45,6 +46,22 @@ def test_plots(box, camera, tracker, frames, results, simulation, tmp_path):
     )
 
 
+def test_frames_without_a_pose_are_gaps(box, camera, frames, results):
+    plot = pytest.importorskip("holdfast.plot", exc_type=ImportError)
+    pytest.importorskip("matplotlib", reason="matplotlib is not installed: pip install 'holdfast[plot]'")
+    import matplotlib.pyplot as plt
+
+    opened = plt.get_fignums()
+    renderer = holdfast.Renderer(box, camera.width, camera.height)
+    axes = plot.frame(frames[0], None, renderer, camera)
+    assert not axes.lines and not axes.collections
+    assert plt.get_fignums() == opened  # a loop over frames leaves no figures behind
+    figure = plot.trajectory([None, *results])
+    x = figure.axes[0].lines[0].get_ydata()
+    assert np.isnan(x[0]) and x[1] == 1000 * results[0].T_camera_object[0, 3]
+    plt.close(figure)
+
+
 def test_view_writes_a_recording(box, camera, tracker, frames, results, tmp_path):
     pytest.importorskip("rerun", reason="rerun-sdk is not installed: pip install 'holdfast[view]'")
     from holdfast.view import View
@@ -55,6 +72,7 @@ def test_view_writes_a_recording(box, camera, tracker, frames, results, tmp_path
         with View(box, camera, path) as view:
             for i in range(count):
                 view.log(frames[i], results[i], 0.1 * i, mask=tracker.mask())
+            view.log(None, None, 1.0)
         sizes.append(path.stat().st_size)
     assert (tmp_path / "4.rrd").read_bytes()[:3] == b"RRF"
     assert sizes[1] - sizes[0] > 2 * frames[0].nbytes / 10

@@ -54,8 +54,9 @@ def test_evaluation_says_how_far_off_poses_are(tracker, simulation, frames, prot
         truth, found = simulation.poses[record.frame], record.result.T_camera_object
         assert record.translation_error == pytest.approx(np.linalg.norm(truth[:3, 3] - found[:3, 3]))
         cosine = (np.trace(truth[:3, :3].T @ found[:3, :3]) - 1) / 2
-        assert record.rotation_error == pytest.approx(np.degrees(np.arccos(min(cosine, 1))), abs=1e-4)
+        assert record.rotation_error == pytest.approx(np.arccos(min(cosine, 1)), abs=1e-6)
         assert not record.failed and record.counted
+        assert repr(record).startswith(f"<FrameRecord of frame {record.frame}: held, ")
     with pytest.raises(ValueError, match="protocol.*often"):
         holdfast.evaluate(tracker, frames, simulation.poses, protocol="often")
     with pytest.raises(ValueError, match=f"truth.*{len(frames)} poses for {len(frames) - 1} frames"):
@@ -125,3 +126,25 @@ def test_files_of_poses(simulation, tmp_path):
 
 def test_devices_are_listed(device):
     assert any(each.name == device.info.name and each.usable for each in holdfast.devices())
+
+
+def test_poses_are_saved_as_the_program_saves_them(tracker, simulation, frames, program, tmp_path):
+    results = [None, *(tracker.track(frame) for frame in frames[:3]), simulation.poses[3]]
+    holdfast.save_poses(tmp_path / "poses.csv", results, times=[0, 0.1, 0.2, 0.3, 0.4])
+    header, *rows = (tmp_path / "poses.csv").read_text().splitlines()
+    assert header.startswith("frame,time_s,status,tx,") and rows[0].startswith("0,0.000000,lost,0,0,0,0.0")
+    assert [row.split(",")[1:3] for row in rows[1:]] == [[f"0.{i}00000", "held"] for i in range(1, 5)]
+    poses = holdfast.load_poses(tmp_path / "poses.csv")
+    expected = [np.eye(4), *(result.T_camera_object for result in results[1:4]), simulation.poses[3]]
+    assert distance(poses, expected) < 1e-8
+    np.savetxt(tmp_path / "truth.txt", simulation.poses[[0, 0, 1, 2, 3], :3].reshape(5, 12))
+    program("evaluate", "--poses", tmp_path / "poses.csv", "--truth", tmp_path / "truth.txt")
+    (tmp_path / "commented.txt").write_text("# a frame's rvec, tvec\n0 0 0 0 0 1\n")
+    assert holdfast.load_poses(tmp_path / "commented.txt")[0, 2, 3] == 1
+    holdfast.save_poses(tmp_path / "poses.csv", results)
+    assert (tmp_path / "poses.csv").read_text().splitlines()[2].startswith("1,0.033333,held,")
+    for wrong in ({"results": results, "times": [0]}, {"results": [np.eye(3)]}):
+        with pytest.raises(ValueError, match="times: has 1 for 5 results|results: expected shape"):
+            holdfast.save_poses(tmp_path / "poses.csv", **wrong)
+    with pytest.raises(holdfast.Error, match="no-such.txt"):
+        holdfast.load_poses(tmp_path / "no-such.txt")

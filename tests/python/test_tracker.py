@@ -1,7 +1,8 @@
-"""Tracking: the same poses as the program, results, memory and threads."""
+"""Tracking: the same poses as the program, results, memory, threads and processes."""
 
 import gc
 import json
+import multiprocessing
 import os
 import re
 import threading
@@ -13,7 +14,7 @@ import pytest
 from conftest import distance
 
 import holdfast
-from holdfast.geometry import matrix_of
+from holdfast.geometry import camera_covariance, matrix_of, standard_deviations
 
 
 @pytest.mark.parametrize("mode", ["default", "fast"])
@@ -43,7 +44,7 @@ def test_the_object_is_followed(tracker, simulation, frames):
     for pose, frame in zip(simulation.poses, frames):
         result = tracker.track(frame)
         assert result.held and result.status == holdfast.Status.held
-        assert result.reason == holdfast.Reason.none and result.message == ""
+        assert not result.reason and result.reason == holdfast.Reason.none and result.message == ""
         assert result.texture.asked and result.texture.holds
         assert 0 < result.texture.used_pixels <= result.texture.gradient_pixels <= result.visible_pixels
         assert 0 < result.texture.inlier_ratio <= 1
@@ -80,7 +81,19 @@ def test_what_is_not_there_is_lost_without_an_exception(tracker, frames):
     for _ in range(3):
         result = tracker.track(rng.integers(0, 255, frames[0].shape, np.uint8))
     assert result.status == holdfast.Status.lost and result.message and result.reason != holdfast.Reason.none
+    assert result.reason and not holdfast.Reason.none
     assert "lost" in repr(result)
+
+
+def test_the_covariance_of_a_pose_that_nothing_tells_is_infinite(box, camera, device, simulation, frames):
+    tracker = holdfast.Tracker(box, camera, device=device, contour=False)
+    tracker.reset(simulation.poses[0])
+    result = tracker.track(np.full_like(frames[0], 128))
+    assert not result.held and not result.information.any()
+    expected = np.diag(np.full(6, np.inf))
+    assert np.array_equal(result.covariance, expected)
+    assert np.array_equal(camera_covariance(result), expected)
+    assert standard_deviations(result) == (np.inf, np.inf)
 
 
 def test_refine_leaves_the_tracker_alone(box, camera, device, simulation, frames):
@@ -238,3 +251,38 @@ def test_the_interpreter_runs_while_a_tracker_works(tracker, frames):
     # With the lock held throughout, no tick would fall well inside of a call. A busy machine has few.
     inside = sum(any(a + 0.25 * (b - a) < t < b - 0.25 * (b - a) for t in ticks) for a, b in spans)
     assert inside >= 3
+
+
+def fork(work):
+    """What `work` returns or raises in a forked process."""
+    context = multiprocessing.get_context("fork")
+    answers = context.Queue()
+
+    def run():
+        try:
+            answers.put(work())
+        except holdfast.Error as error:
+            answers.put(error)
+
+    child = context.Process(target=run)
+    child.start()
+    try:
+        return answers.get(timeout=60)
+    finally:
+        child.kill()
+        child.join()
+
+
+def test_a_forked_process_is_told_to_be_spawned(tracker, box, camera, frames):
+    tracker.track(frames[0])
+    renderer = holdfast.Renderer(box, camera.width, camera.height)
+    for work in (
+        lambda: holdfast.Tracker(box, camera),
+        lambda: tracker.track(frames[1]),
+        lambda: renderer.render(np.eye(4), camera),
+        lambda: holdfast.Device(),
+    ):
+        error = fork(work)
+        assert isinstance(error, holdfast.Error) and "'spawn'" in str(error)
+        assert error.code == holdfast.ErrorCode.device
+    assert tracker.track(frames[1]).held

@@ -57,16 +57,18 @@ from ._core import (
     pose_error,
     pose_from_points,
     save_pose,
+    save_poses,
     textured_box,
     unit_warning,
 )
 from ._core import version as __version__
 from .errors import Error
 from .models import as_camera, as_mesh
+from .pictures import outlines
 from .tracker import OcclusionOptions, Tracker, TrackerOptions
 
 __all__ = [name for name in dir() if name[0].isupper()] + [
     "__version__", "as_camera", "as_mesh", "decode_image", "default_options", "devices", "evaluate", "lettered_cube",
-    "load_pose", "load_poses", "load_sequence", "pose_error", "pose_from_points", "save_pose", "textured_box",
-    "unit_warning",
+    "load_pose", "load_poses", "load_sequence", "outlines", "pose_error", "pose_from_points", "save_pose", "save_poses",
+    "textured_box", "unit_warning",
 ]

@@ -10,7 +10,10 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import json
 import os
+import shutil
+import tempfile
 from pathlib import Path
 from typing import Any, Callable, Iterator
 
@@ -77,7 +80,7 @@ def read_camera(bag: str | os.PathLike, topic: str | None = None, *, rectified: 
     with _open(bag) as reader:
         connections = _connections(reader, (CAMERA_INFO,), topic, bag)
         for connection, _, data in reader.messages(connections=connections):
-            return _camera_of(reader.deserialize(data, connection.msgtype), rectified)
+            return _camera_of(reader.deserialize(data, connection.msgtype), rectified, connection.topic)
     raise Error(f"'{bag}' holds no message of CameraInfo", ErrorCode.camera)
 
 
@@ -102,6 +105,7 @@ def track(
     T_camera_object: np.ndarray | str | os.PathLike | None = None,
     *,
     camera: _core.Camera | None = None,
+    rectified: bool | None = None,
     image_topic: str | None = None,
     camera_info_topic: str | None = None,
     pose_topic: str = "/holdfast/pose",
@@ -113,19 +117,27 @@ def track(
     image, None for those before the object is found.
 
     model: see Tracker. T_camera_object: pose in the first image, 4x4, metres, or a file of it; None: the object is
-    looked for by its texture (Tracker.find()). camera: None: the bag's CameraInfo.
-    output: must not exist; *.bag: ROS 1, else a folder of ROS 2. object_frame_id: child frame of the transforms.
+    looked for by its texture (Tracker.find()). camera: None: the bag's CameraInfo. rectified: whether it is the camera
+    of images that image_proc has rectified (see read_camera()); None: it is where the images' topic is named
+    image_rect or image_rect_..., as ROS has it.
+    output: must not exist, and does not after an exception; *.bag: ROS 1, else a folder of ROS 2.
+    object_frame_id: child frame of the transforms.
     after_frame: called with each frame and its result. options: Tracker's keyword arguments.
     """
     if isinstance(T_camera_object, (str, os.PathLike)):
         T_camera_object = _core.load_pose(T_camera_object)
-    tracker = Tracker(model, camera or read_camera(bag, camera_info_topic), **options)
+    output_bag = PoseWriter(output, pose_topic, object_frame_id)
+    if camera is None:
+        if rectified is None:
+            rectified = _is_rectified(_image_topic(bag, image_topic))
+        camera = read_camera(bag, camera_info_topic, rectified=rectified)
+    tracker = Tracker(model, camera, **options)
     if T_camera_object is not None:
         tracker.reset(T_camera_object)
     found = T_camera_object is not None
     results: list[_core.FrameResult | None] = []
     time = -np.inf
-    with PoseWriter(output, pose_topic, object_frame_id) as writer:
+    with output_bag as writer:
         for frame in read_images(bag, image_topic):
             # Stamps may stand still or go back, the tracker's times must rise.
             time = frame.time if frame.time > time else time + _FRAME_TIME
@@ -140,7 +152,8 @@ def track(
 
 
 class PoseWriter:
-    """Writes poses to a new bag: *.bag for ROS 1, else a folder of ROS 2. A context manager."""
+    """Writes poses to a new bag: *.bag for ROS 1, else a folder of ROS 2. A context manager; after an exception nothing
+    is left of the bag."""
 
     def __init__(
         self, path: str | os.PathLike, pose_topic: str = "/holdfast/pose", object_frame_id: str = "object"
@@ -152,6 +165,7 @@ class PoseWriter:
         self._types = get_typestore(Stores.ROS1_NOETIC if self._ros1 else Stores.ROS2_HUMBLE)
         if TRANSFORMS not in self._types.types:
             self._types.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+        self._path = path
         self._object_frame_id = object_frame_id
         self._pose_topic = pose_topic
         self._written = 0
@@ -163,8 +177,10 @@ class PoseWriter:
         self._transforms = self._writer.add_connection("/tf", TRANSFORMS, typestore=self._types)
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, raised: type[BaseException] | None, *_: object) -> None:
         self._writer.close()
+        if raised is not None:  # half a bag would only be in the way of the next try
+            self._path.unlink() if self._ros1 else shutil.rmtree(self._path)
 
     def write(
         self, result: _core.FrameResult, stamp_ns: int, frame_id: str, bag_time_ns: int | None = None
@@ -279,16 +295,39 @@ def _decoded(message: Any) -> np.ndarray:
     return image[:, :, ::-1].copy() if swapped and image.ndim == 3 else image
 
 
-def _camera_of(info: Any, rectified: bool) -> _core.Camera:
+def _image_topic(bag: Any, topic: str | None) -> str:
+    with _open(bag) as reader:
+        return _connections(reader, (IMAGE, COMPRESSED_IMAGE), topic, bag)[0].topic
+
+
+def _is_rectified(topic: str) -> bool:
+    return any(part.startswith("image_rect") for part in topic.split("/"))  # image_rect_color/compressed is, too
+
+
+def _camera_of(info: Any, rectified: bool, topic: str) -> _core.Camera:
     def field(name: str) -> np.ndarray:  # ROS 1 has upper case names
         return np.array(getattr(info, name.upper()) if hasattr(info, name.upper()) else getattr(info, name), float)
 
-    if rectified:
-        return _core.Camera.from_matrix(field("p").reshape(3, 4)[:, :3], info.width, info.height)
-    model = info.distortion_model
-    if model not in ("", "plumb_bob", "rational_polynomial"):
-        raise Error(
-            f"the camera's distortion is {model}: only plumb_bob and rational_polynomial are known; rectify the images",
-            ErrorCode.camera,
-        )
-    return _core.Camera.from_matrix(field("k").reshape(3, 3), info.width, info.height, field("d"))
+    name, matrix = ("P", field("p").reshape(3, 4)[:, :3]) if rectified else ("K", field("k").reshape(3, 3))
+    if not matrix.any():
+        raise Error(f"CameraInfo on '{topic}' is not calibrated ({name} is zero): pass camera=", ErrorCode.camera)
+    roi = {name: int(getattr(info.roi, name)) for name in ("x_offset", "y_offset", "width", "height")}
+    document = {
+        "image_width": int(info.width),
+        "image_height": int(info.height),
+        "camera_matrix": matrix.ravel().tolist(),
+        "distortion_model": "plumb_bob" if rectified else info.distortion_model,
+        "distortion_coefficients": [0.0] * 5 if rectified else field("d").tolist(),
+        "binning_x": int(info.binning_x),
+        "binning_y": int(info.binning_y),
+        "roi": roi,
+    }
+    # Read as a file, so that all that holds for files of ROS holds here.
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "camera_info.json"
+        path.write_text(json.dumps(document))
+        try:
+            return _core.Camera.load(path)
+        except Error as error:
+            message = str(error).replace(f"camera file '{path}'", f"CameraInfo on '{topic}'")
+            raise Error(message, error.code) from None

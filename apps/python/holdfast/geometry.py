@@ -50,8 +50,9 @@ def camera_covariance(result: _core.FrameResult) -> np.ndarray:
     in the camera's axes: what geometry_msgs/PoseWithCovariance holds.
 
     Infinite where the frame does not tell the pose."""
-    if not np.any(result.covariance):
-        return np.diag(np.full(6, np.inf))
+    covariance = result.covariance
+    if np.isinf(covariance).any():
+        return covariance  # infinite in any axes; products with zeros would be no numbers
     # T_true = T exp((v, w)): in the object's axes its origin moves by v and it turns by w.
     change = np.kron(np.eye(2), result.T_camera_object[:3, :3])
-    return change @ result.covariance @ change.T
+    return change @ covariance @ change.T

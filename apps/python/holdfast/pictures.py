@@ -36,19 +36,21 @@ def silhouette(renderer: _core.Renderer, pose: np.ndarray, camera: _core.Camera)
     return renderer.render(pose, camera).depth > 0
 
 
-def outlines(renderer: _core.Renderer, pose: np.ndarray, camera: _core.Camera) -> list[np.ndarray]:
-    """Edges between the silhouette's pixels and others, as lines of two points (2x2 arrays: x, y) of the recorded
-    frame; neighbours in a row or column are joined to longer lines."""
-    seen = np.pad(silhouette(renderer, pose, camera), 1)
+def outlines(renderer: _core.Renderer, T_camera_object: np.ndarray, camera: _core.Camera) -> np.ndarray:
+    """The contour of a model at a pose (4x4), as lines (Nx2x2: two points x, y) in pixels of the recorded frame.
+
+    renderer: Renderer(mesh, camera.width, camera.height). cv2.polylines(image, lines.round().astype(numpy.int32), False,
+    (0, 255, 255)) draws them."""
+    seen = np.pad(silhouette(renderer, T_camera_object, camera), 1)
     lines = _runs(seen) + [line[:, ::-1] for line in _runs(seen.T)]
     if not lines:
-        return []
-    points = camera.distort(np.concatenate(lines))
-    return list(points.reshape(-1, 2, 2))
+        return np.zeros((0, 2, 2))
+    return camera.distort(np.concatenate(lines)).reshape(-1, 2, 2)
 
 
 def _runs(seen: np.ndarray) -> list[np.ndarray]:
-    """Horizontal edges of a padded picture: lines from (x0, y) to (x1, y)."""
+    """Horizontal edges between the pixels of a padded picture that are seen and others, neighbours joined: lines from
+    (x0, y) to (x1, y)."""
     lines = []
     for y, row in enumerate(seen[1:] != seen[:-1]):
         changes = np.flatnonzero(np.diff(row.astype(np.int8)))

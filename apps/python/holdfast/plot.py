@@ -23,7 +23,7 @@ _AXIS_COLORS = ("tab:red", "tab:green", "tab:blue")
 
 def frame(
     image: np.ndarray,
-    result: _core.FrameResult | np.ndarray,
+    result: _core.FrameResult | np.ndarray | None,
     renderer: _core.Renderer,
     camera: _core.Camera,
     *,
@@ -32,16 +32,19 @@ def frame(
 ) -> Axes:
     """The frame with the model's contour and the object's axes; x red, y green, z blue.
 
-    image: as given to Tracker.track (BGR, RGBA or grey). result: a FrameResult or a pose, 4x4.
-    mask: of Tracker.mask(): pixels that were used in green, rejected ones in red.
+    image: as given to Tracker.track (BGR, RGBA or grey). result: a FrameResult or a pose, 4x4; None: not found, the frame
+    alone. mask: of Tracker.mask(): pixels that were used in green, rejected ones in red. axes: None: those of a new
+    figure, axes.figure, which pyplot does not know; plt.gca(): for plt.show().
     """
     from matplotlib.collections import LineCollection
 
     axes = axes or _new_axes()
-    pose = result.T_camera_object if isinstance(result, _core.FrameResult) else np.asarray(result)
     axes.imshow(rgb_of(image) if mask is None else blended_classes(image, mask))
-    axes.add_collection(LineCollection(outlines(renderer, pose, camera), colors="yellow", linewidths=1))
-    _draw_axes(axes, pose, camera)
+    if result is not None:
+        pose = result.T_camera_object if isinstance(result, _core.FrameResult) else np.asarray(result)
+        lines = list(outlines(renderer, pose, camera))
+        axes.add_collection(LineCollection(lines, colors="yellow", linewidths=1))
+        _draw_axes(axes, pose, camera)
     axes.set_xlim(-0.5, camera.width - 0.5)
     axes.set_ylim(camera.height - 0.5, -0.5)
     axes.set_axis_off()
@@ -51,7 +54,7 @@ def frame(
 
 
 def trajectory(
-    results: Sequence[_core.FrameResult],
+    results: Sequence[_core.FrameResult | None],
     times: Sequence[float] | None = None,
     *,
     truth: np.ndarray | None = None,
@@ -59,6 +62,7 @@ def trajectory(
 ) -> Figure:
     """Position and standard deviations over time; lost frames in grey.
 
+    results: None: a frame in which the object was not found, a gap.
     times: seconds, one a result; None: frame numbers. truth: true poses, Nx4x4, drawn dashed.
     """
     import matplotlib.pyplot as plt
@@ -66,15 +70,16 @@ def trajectory(
     figure = figure or plt.figure(figsize=(8, 6), layout="constrained")
     position, spread = figure.subplots(2, 1, sharex=True)
     at = np.arange(len(results)) if times is None else np.asarray(times, float)
-    poses = np.array([result.T_camera_object for result in results]).reshape(-1, 4, 4)
-    held = np.array([result.held for result in results], bool)
+    poses = np.array([np.eye(4) if result is None else result.T_camera_object for result in results]).reshape(-1, 4, 4)
+    held = np.array([result is not None and result.held for result in results], bool)
     for axis, (name, color) in enumerate(zip("xyz", _AXIS_COLORS)):
         position.plot(at, np.where(held, 1000 * poses[:, axis, 3], np.nan), color=color, label=name)
         if truth is not None:
             position.plot(at, 1000 * np.asarray(truth)[:, axis, 3], color=color, linestyle="--", linewidth=0.8)
     position.set_ylabel("position in the camera's frame (mm)")
     position.legend()
-    sigma = np.array([standard_deviations(result) for result in results]).reshape(-1, 2)
+    unknown = (np.nan, np.nan)
+    sigma = np.array([unknown if result is None else standard_deviations(result) for result in results]).reshape(-1, 2)
     spread.semilogy(at, 1000 * sigma[:, 0], label="position (mm)")
     spread.semilogy(at, np.degrees(sigma[:, 1]), label="rotation (degrees)")
     spread.set_ylabel("standard deviation")
@@ -87,9 +92,9 @@ def trajectory(
 
 
 def _new_axes() -> Axes:
-    import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 
-    return plt.figure(layout="constrained").subplots()
+    return Figure(layout="constrained").subplots()  # pyplot's would stay in memory, one a frame of a loop
 
 
 def _step(at: np.ndarray) -> float:

@@ -55,13 +55,13 @@ class View:
     def log(
         self,
         frame: np.ndarray | None,
-        result: _core.FrameResult,
+        result: _core.FrameResult | None,
         time: float | None = None,
         *,
         mask: np.ndarray | None = None,
     ) -> None:
-        """Logs one frame. frame: as given to Tracker.track (BGR, RGBA or grey); None: not shown. time: seconds.
-        mask: of Tracker.mask()."""
+        """Logs one frame. frame: as given to Tracker.track (BGR, RGBA or grey); None: not shown.
+        result: None: not found, nothing is drawn over the frame. time: seconds. mask: of Tracker.mask()."""
         to = self.recording
         to.set_time("frame", sequence=self._frame)
         if time is not None:
@@ -71,6 +71,10 @@ class View:
             to.log("camera/image", rr.Image(np.ascontiguousarray(rgb_of(frame))))
         if mask is not None:
             to.log("camera/image/classes", rr.SegmentationImage(mask, opacity=0.5))
+        if result is None:
+            to.log("camera/image/contour", rr.LineStrips2D([]))
+            to.log("status", rr.TextLog("not found", level=rr.TextLogLevel.WARN))
+            return
         self._log_pose(result)
         position, rotation = standard_deviations(result)
         to.log("sigma/position_mm", rr.Scalars(1000 * position))

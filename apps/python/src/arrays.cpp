@@ -97,7 +97,8 @@ Pose pose_argument(nb::handle value, const char* name) {
   return pose;
 }
 
-FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format) {
+FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format,
+                             const char* repair) {
   FrameArgument frame;
   if (!nb::try_cast(value, frame.array, false)) {
     const char* hint = value.is_none()                  ? " (the end of the video?)"
@@ -125,8 +126,7 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
   const std::optional<std::size_t> stride = row_stride(array, channels);
   if (!stride) {
     refuse_value(std::string(name) + ": pixels of a row must lie side by side and rows go downwards in memory: " +
-                 described(value) + ", strides " + text_of(value.attr("strides")) +
-                 "; pass numpy.ascontiguousarray of it (RGB needs no turning round: format=PixelFormat.rgb8)");
+                 described(value) + ", strides " + text_of(value.attr("strides")) + "; " + repair);
   }
   const auto rows = static_cast<int>(array.shape(0));
   frame.view = {static_cast<const std::uint8_t*>(array.data()), static_cast<int>(array.shape(1)),

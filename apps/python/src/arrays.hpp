@@ -44,8 +44,11 @@ struct FrameArgument {
 };
 
 /// HxWx3, HxWx4 or HxW of uint8; rows may be apart, pixels of a row may not. Without `format`: bgr8, rgba8 or grey8 by
-/// the number of channels.
-FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format);
+/// the number of channels. `repair`: what makes pixels lie as they must, for the message.
+FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format,
+                             const char* repair =
+                                 "pass numpy.ascontiguousarray of it (RGB needs no turning round: "
+                                 "format=PixelFormat.rgb8)");
 
 /// A BGR frame as OpenCV's matrix, without a copy.
 cv::Mat bgr_matrix(const FrameArgument& frame, const char* name);

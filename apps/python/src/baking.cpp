@@ -8,6 +8,7 @@
 #include "baking/texture_baker.hpp"
 #include "bindings.hpp"
 #include "fields.hpp"
+#include "one_process.hpp"
 #include "tracker.hpp"
 
 /// The tables of what can be chosen of baking.
@@ -55,6 +56,7 @@ using namespace baking;
 
 void construct_completion(ModelCompletion* self, const Mesh& mesh, const Camera& camera, nb::object frame,
                           nb::object pose, const nb::kwargs& given) {
+  require_one_process();
   CompletionOptions options;
   set_fields(options, given);
   const FrameArgument first = frame_argument(frame, "first_frame", std::nullopt);
@@ -72,6 +74,7 @@ bool update(ModelCompletion& self, SharedTracker& tracker, nb::object frame, con
 
 void construct_baker(TextureBaker* self, const Mesh& mesh, const Camera& camera, nb::object pose,
                      const nb::kwargs& given) {
+  require_one_process();
   CompletionOptions options;
   set_fields(options, given);
   const Pose T_camera_object = pose_argument(pose, "T_camera_object");
@@ -80,6 +83,7 @@ void construct_baker(TextureBaker* self, const Mesh& mesh, const Camera& camera,
 }
 
 bool add_frame(TextureBaker& self, nb::object frame, nb::object pose) {
+  require_one_process();
   const FrameArgument given = frame_argument(frame, "frame", std::nullopt);
   const cv::Mat picture = bgr_matrix(given, "frame");
   const Pose T_camera_object = pose_argument(pose, "T_camera_object");

@@ -14,6 +14,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "common_options.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
 
@@ -63,7 +64,13 @@ Camera from_matrix(nb::object matrix, int width, int height, nb::object distorti
 
 Camera load(const std::filesystem::path& path, std::optional<int> width, std::optional<int> height, bool rescale) {
   const Camera camera = io::load_camera(path);
-  if (width && height) return io::camera_for_frames(camera, *width, *height, rescale);
+  if (width && height) {
+    try {
+      return io::camera_for_frames(camera, *width, *height, rescale);
+    } catch (const Error& error) {
+      throw Error(error.code(), app::reworded(error.what(), {{"rescale it if", "pass rescale=True if"}}));
+    }
+  }
   if (camera.width == 0) {
     throw Error(ErrorCode::camera,
                 "'" + path.string() + "' names no size of the frames: pass it, Camera.load(path, width, height)");
@@ -171,7 +178,7 @@ void bind_camera(nb::module_& module) {
              if (!nb::isinstance<Camera>(other)) return false;
              const Camera& b = nb::cast<const Camera&>(other);
              return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
-                    a.cy == b.cy && a.distortion == b.distortion;
+                    a.cy == b.cy && a.distortion == b.distortion && a.lens == b.lens;
            })
       .def("__repr__", &text_of);
 }

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "bindings.hpp"
+#include "one_process.hpp"
 
 namespace holdfast::python {
 
@@ -43,6 +44,7 @@ void bind_device(nb::module_& module) {
           "__init__",
           [](Device* self, const std::string& device, Partition partition, const std::filesystem::path& cache_folder,
              RendererChoice renderer) {
+            require_one_process();
             const nb::gil_scoped_release unlocked;
             new (self) Device(DeviceOptions{device, partition, cache_folder, renderer});
           },
@@ -52,7 +54,13 @@ void bind_device(nb::module_& module) {
           "CPU. "
           "cache_folder: of compiled kernels; '': HOLDFAST_CACHE_DIR, else ~/.cache/holdfast.")
       .def_prop_ro("info", &Device::info, nb::rv_policy::copy);
-  module.def("devices", &Device::list, "All OpenCL devices of this machine, usable or not.");
+  module.def(
+      "devices",
+      [] {
+        require_one_process();
+        return Device::list();
+      },
+      "All OpenCL devices of this machine, usable or not.");
 }
 
 }  // namespace holdfast::python

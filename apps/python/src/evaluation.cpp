@@ -62,7 +62,14 @@ std::vector<FrameRecord> evaluate(SharedTracker& tracker, nb::object frames, nb:
   return run_protocol(poses, visible.value_or(std::vector<double>()), tested, options);
 }
 
-double angle_in_degrees(const PoseError& error) { return error.rotation * 180.0 / std::numbers::pi; }
+std::string text_of(const FrameRecord& record) {
+  return fmt::format("<FrameRecord of frame {}: {}, {:.2f} mm and {:.2f} degrees off{}>", record.frame,
+                     record.result.status == Status::held ? "held" : "lost", 1000 * record.error.distance(),
+                     record.error.rotation * 180 / std::numbers::pi,
+                     record.failed    ? ", failed"
+                     : record.counted ? ""
+                                      : ", not counted");
+}
 
 nb::tuple error_of(nb::object truth, nb::object estimate) {
   const PoseError error = pose_error(pose_argument(truth, "truth"), pose_argument(estimate, "estimate"));
@@ -128,10 +135,11 @@ void bind_evaluation(nb::module_& module) {
       .def_prop_ro(
           "translation_error", [](const FrameRecord& record) { return record.error.distance(); }, "Metres.")
       .def_prop_ro(
-          "rotation_error", [](const FrameRecord& record) { return angle_in_degrees(record.error); }, "Degrees.")
+          "rotation_error", [](const FrameRecord& record) { return record.error.rotation; }, "Radians.")
       .def_ro("visible", &FrameRecord::visible, "Visible share of the object's silhouette.")
       .def_ro("counted", &FrameRecord::counted, "Visible enough.")
-      .def_ro("failed", &FrameRecord::failed, "Farther off than 50 mm or 5 degrees.");
+      .def_ro("failed", &FrameRecord::failed, "Farther off than 50 mm or 5 degrees.")
+      .def("__repr__", &text_of);
   module.def(
       "evaluate", &evaluate, nb::arg("tracker"), nb::arg("frames"), nb::arg("truth"), nb::arg("visible") = nb::none(),
       nb::arg("protocol") = "never-reset", nb::arg("step") = 1, nb::arg("offset") = 0, nb::arg("minimum_visible") = 0.0,

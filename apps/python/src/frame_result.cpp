@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nanobind/stl/string.h>
 
+#include <limits>
 #include <string>
 
 #include "arrays.hpp"
@@ -15,6 +16,13 @@ std::string text_of(const FrameResult& result) {
   std::string text = result.status == Status::held ? "<FrameResult held" : "<FrameResult lost";
   text += " at [" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ", " + std::to_string(t.z()) + "] m";
   return text + (result.message.empty() ? ">" : ": " + result.message + ">");
+}
+
+/// The library's is zero where nothing tells the pose, which looks like certainty where deviations are taken of it.
+Matrix6 covariance_of(const FrameResult& result) {
+  Matrix6 covariance = result.covariance;
+  if (covariance.isZero(0)) covariance.diagonal().setConstant(std::numeric_limits<double>::infinity());
+  return covariance;
 }
 
 /// The text that a kind of evidence prints as.
@@ -46,7 +54,9 @@ void bind_enums(nb::module_& module) {
       .value("low_evidence", Reason::low_evidence, "Less agrees than should, and nothing seen in front explains it.")
       .value("ambiguous", Reason::ambiguous, "Another pose fits as well, or a turn does not show.")
       .value("not_surely_found", Reason::not_surely_found, "Lost before, and not surely found again.")
-      .value("light_changed", Reason::light_changed, "The light has changed.");
+      .value("light_changed", Reason::light_changed, "The light has changed.")
+      .def(
+          "__bool__", [](Reason reason) { return reason != Reason::none; }, "False for Reason.none only.");
   nb::enum_<PixelClass>(module, "PixelClass", nb::is_arithmetic(), "What became of a pixel: values of Tracker.mask().")
       .value("not_visible", PixelClass::not_visible, "The object does not cover it.")
       .value("unusable", PixelClass::unusable,
@@ -153,10 +163,10 @@ void bind_frame_result(nb::module_& module) {
       .def_prop_ro("visible_pixels", &FrameResult::visible_pixels, "Of the frame that the object covers.")
       .def_ro("iterations", &FrameResult::iterations, "Solved systems, all levels.")
       .def_prop_ro(
-          "covariance", [](const FrameResult& result) { return matrix_array<Numpy6x6>(result.covariance); },
+          "covariance", [](const FrameResult& result) { return matrix_array<Numpy6x6>(covariance_of(result)); },
           "6x6, of the twist (v, w), metres and radians, in T_true = T_camera_object exp((v, w)): object axes, "
           "rotation "
-          "about the object's origin. Zero where nothing tells the pose.",
+          "about the object's origin. Where nothing tells the pose, the diagonal is infinite and the rest zero.",
           kNewArray)
       .def_prop_ro(
           "information", [](const FrameResult& result) { return matrix_array<Numpy6x6>(result.information); },

@@ -26,7 +26,8 @@ Texture texture_argument(nb::handle value, const char* name) {
   const bool of_pillow = nb::hasattr(value, "convert") && nb::hasattr(value, "mode");
   const nb::object array =
       of_pillow ? nb::module_::import_("numpy").attr("asarray")(value.attr("convert")("RGBA")) : nb::borrow(value);
-  const FrameArgument image = frame_argument(array, name, std::nullopt);
+  const FrameArgument image =
+      frame_argument(array, name, std::nullopt, "pass numpy.ascontiguousarray of it (a model's image is RGB)");
   const int channels = image.view.format == PixelFormat::rgba8 ? 4 : image.view.format == PixelFormat::bgr8 ? 3 : 1;
   Texture texture{image.view.width, image.view.height, {}};
   texture.rgba.reserve(static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height) * 4);

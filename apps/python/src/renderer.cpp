@@ -13,6 +13,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "holdfast/tracker.hpp"
+#include "one_process.hpp"
 #include "texture_argument.hpp"
 
 namespace holdfast::python {
@@ -26,6 +27,7 @@ struct SharedRenderer {
 using Region = std::tuple<int, int, int, int>;
 
 RenderedView render(SharedRenderer& self, nb::object pose, const Camera& camera, std::optional<Region> region) {
+  require_one_process();
   RenderedView view;
   view.T_camera_object = pose_argument(pose, "T_camera_object");
   const auto [x, y, width, height] = region.value_or(Region(0, 0, camera.width, camera.height));
@@ -50,6 +52,7 @@ void bind_renderer(nb::module_& module) {
       .def(
           "__init__",
           [](SharedRenderer* self, const Mesh& mesh, int width, int height, int texture_samples) {
+            require_one_process();
             RendererOptions options;
             options.texture_samples = texture_samples;
             const nb::gil_scoped_release released;

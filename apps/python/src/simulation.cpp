@@ -14,6 +14,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "fields.hpp"
+#include "one_process.hpp"
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
@@ -114,6 +115,7 @@ OccluderOptions occluder_argument(nb::handle value) {
 
 void construct(Sequence* self, const Mesh& mesh, const std::optional<Camera>& camera, const std::string& style,
                nb::object poses, nb::object occluders, const nb::kwargs& given) {
+  require_one_process();
   SequenceOptions options;
   set_fields(options, given);
   if (camera) options.camera = *camera;
@@ -128,6 +130,7 @@ void construct(Sequence* self, const Mesh& mesh, const std::optional<Camera>& ca
 }
 
 SimulatedFrame frame_at(const Sequence& sequence, int index) {
+  require_one_process();
   const int i = index < 0 ? index + sequence.size() : index;
   if (i < 0 || i >= sequence.size()) throw nb::index_error("frame index out of range");
   const nb::gil_scoped_release released;
@@ -135,6 +138,7 @@ SimulatedFrame frame_at(const Sequence& sequence, int index) {
 }
 
 int save(const Sequence& sequence, const std::filesystem::path& folder, bool masks, bool overwrite, int threads) {
+  require_one_process();
   const nb::gil_scoped_release released;
   return write_sequence(sequence, folder, {masks, overwrite, threads, {}});
 }

@@ -13,6 +13,7 @@
 
 #include "arrays.hpp"
 #include "bindings.hpp"
+#include "common_options.hpp"
 #include "holdfast/detection.hpp"
 #include "holdfast/io.hpp"
 #include "texture_argument.hpp"
@@ -33,8 +34,12 @@ FrameArgument frame_of(const SharedTracker& self, nb::handle value, std::optiona
   FrameArgument frame = frame_argument(value, "frame", format);
   const Camera& camera = self.tracker.camera();
   if (frame.view.width != camera.width || frame.view.height != camera.height) {
+    const bool exchanged = frame.view.width == camera.height && frame.view.height == camera.width;
     throw nb::value_error(("frame: the camera has " + std::to_string(camera.height) + " rows and " +
-                           std::to_string(camera.width) + " columns, got " + described(value))
+                           std::to_string(camera.width) + " columns, got " + described(value) +
+                           (exchanged ? "; are the camera's width and height exchanged (an array's shape is height, "
+                                        "width), or is the frame turned by 90 degrees?"
+                                      : ""))
                               .c_str());
   }
   return frame;
@@ -46,18 +51,16 @@ void warn(const std::string& doubt, int level) {
 
 /// Warns where the object's size or distance cannot be right; `level`: of the caller's frame.
 void warn_about_units(const Mesh& mesh, const std::optional<Pose>& T_camera_object, const Camera& camera, int level) {
-  std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
+  const std::optional<std::string> doubt = io::unit_warning(mesh, T_camera_object, camera);
   if (!doubt) return;
-  for (const auto& [option, argument] :
-       {std::pair<std::string, std::string>{"pass --model-scale ", "pass model_scale="},
-        {"--model-scale", "model_scale"}}) {
-    if (const std::size_t at = doubt->find(option); at != doubt->npos) doubt->replace(at, option.size(), argument);
-  }
-  warn(*doubt, level);
+  warn(app::reworded(*doubt,
+                     {{"scale it by ", "pass model_scale="}, {"multiply the scale by", "multiply model_scale by"}}),
+       level);
 }
 
 void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, const std::string& mode,
                const nb::dict& given, const std::optional<Device>& device) {
+  require_one_process();
   TrackerOptions options = options_of_mode(mode);
   set_fields(options, given);
   constexpr int by_the_subclass = 2;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "holdfast/tracker.hpp"
+#include "one_process.hpp"
 #include "track/object_search.hpp"
 
 namespace holdfast::python {
@@ -24,6 +25,7 @@ struct SharedTracker {
 /// Runs `work` on the tracker without the interpreter's lock.
 template <class Self, class Work>
 auto unlocked(Self& self, const Work& work) {
+  require_one_process();
   const nanobind::gil_scoped_release released;
   const std::lock_guard alone(self.mutex);
   return work(self.tracker);
