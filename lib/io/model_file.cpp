@@ -282,7 +282,7 @@ Mesh load_by_format(const fs::path& path, double scale, std::vector<std::string>
   const std::string extension = lower_extension(path);
   if (extension == ".obj") return load_obj(path, scale, remarks);
   if (extension == ".ply") return load_ply(path, scale, remarks);
-  if (extension == ".off") return load_off(path, scale);
+  if (extension == ".off") return load_off(path, scale, remarks);
   if (extension == ".stl") return load_stl(path, scale);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(path, scale, remarks);
   return load_with_assimp(path, scale);

@@ -31,8 +31,8 @@ struct Layout {
 
 class OffReader {
  public:
-  OffReader(const fs::path& path, double scale)
-      : path_(path), scale_(scale), bytes_(read_text_file(path, "model")), rest_(bytes_) {}
+  OffReader(const fs::path& path, double scale, std::vector<std::string>& remarks)
+      : path_(path), scale_(scale), remarks_(remarks), bytes_(read_text_file(path, "model")), rest_(bytes_) {}
 
   Mesh read() {
     const Layout layout = read_layout();
@@ -43,6 +43,12 @@ class OffReader {
     const std::size_t vertices = count(counts[0], "vertices"), faces = count(counts[1], "faces");
     find_range(layout, vertices, faces);
     for (std::size_t i = 0; i < vertices; ++i) add_vertex(layout, i);
+    if (has_more_) {
+      remarks_.push_back(fmt::format(
+          "model '{}' has more numbers for a vertex than its first line says, which are not read: for colours "
+          "write COFF there instead of OFF",
+          path_.string()));
+    }
     MeshAssembly assembly(false, true);
     bool colored = layout.colors;
     for (std::size_t i = 0; i < faces; ++i) colored = add_face(assembly, i) || colored;
@@ -113,7 +119,10 @@ class OffReader {
     if (values.size() < colors_at + (layout.colors ? 3 : 0)) {
       fail(fmt::format("vertex {} has {} numbers", index, values.size()));
     }
-    if (!layout.colors) return {};
+    if (!layout.colors) {
+      has_more_ = has_more_ || values.size() > colors_at + (layout.coordinates ? 2 : 0);
+      return {};
+    }
     const std::size_t left = values.size() - colors_at - (layout.coordinates && values.size() > colors_at + 4 ? 2 : 0);
     return values.subspan(colors_at, std::min<std::size_t>(left, 4));
   }
@@ -179,14 +188,18 @@ class OffReader {
 
   const fs::path& path_;
   double scale_;
+  std::vector<std::string>& remarks_;
   std::string bytes_;
   std::string_view rest_;
   ColorRange range_;
+  bool has_more_ = false;  ///< a vertex than it is to have
   std::vector<Vertex> vertices_;
 };
 
 }  // namespace
 
-Mesh load_off(const fs::path& path, double scale) { return OffReader(path, scale).read(); }
+Mesh load_off(const fs::path& path, double scale, std::vector<std::string>& remarks) {
+  return OffReader(path, scale, remarks).read();
+}
 
 }  // namespace holdfast::io
