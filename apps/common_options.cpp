@@ -318,7 +318,7 @@ void TrackerArguments::refuse_for_plain() const {
   refuse_without(*app_,
                  {"--search-radius", "--gradient-test", "--angle-test", "--magnitude-test", "--block-vote",
                   "--angle-together", "--gradient-minimum", "--angle-maximum", "--difference-maximum",
-                  "--difference-relative", "--vote-share", "--redundancy", "--redundancy-cosine"},
+                  "--difference-relative", "--vote-share", "--redundancy", "--redundancy-cosine", "--views"},
                  false, "a texture or colours in the model");
 }
 

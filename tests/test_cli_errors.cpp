@@ -203,6 +203,9 @@ TEST_CASE("Options that would do nothing are refused") {
   refused(track({}), {"--vote-share", "0.5", "--no-block-vote"}, "without --block-vote");
   refused(track({}), {"--redundancy-cosine", "0.8"}, "without --redundancy");
   refused(track({}), {"--recovery-budget", "9", "--no-recovery"}, "without --recovery");
+  refused(track({}), {"--views", "not_made.views", "--no-recovery"}, "without --recovery");
+  refused(track({}), {"--views", "not_made.views", "--mode", "paper"}, "beside --mode paper");
+  refused(track({}), {"--views", "not_made.views", "--complete-model", "not_made.obj"}, "beside --complete-model");
   refused(track({}), {"--search-radius", "9", "--ablate", "shift_search"}, "beside --ablate shift_search");
   refused(init({}), {"--frame", "1"}, "without --image");
   refused(init({}), {"--rescale-camera"}, "without --image");

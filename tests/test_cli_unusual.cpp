@@ -236,7 +236,7 @@ TEST_CASE("Options that do nothing for a plain model, points beside the model") 
   write("plain.obj",
         "v -.1 -.075 -.04\nv .1 -.075 -.04\nv .1 .075 -.04\nv -.1 .075 -.04\nv 0 0 .1\nf 1 3 2\nf 1 4 3\n"
         "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
-  for (const char* option : {"--search-radius=16", "--angle-maximum=0.3", "--no-gradient-test"}) {
+  for (const char* option : {"--search-radius=16", "--angle-maximum=0.3", "--no-gradient-test", "--views=none.views"}) {
     Arguments arguments = track("frames", "plain.obj");
     arguments.push_back(option);
     check_fails(kUsage, arguments, {"no effect", "texture"});

@@ -296,9 +296,51 @@ TEST_CASE("inputs that cannot be opened say why") {
   CHECK(error(folder / "none%d/x.png").says(ErrorCode::file, {"none%d", "in a folder's name"}));
   CHECK(error(folder.write("text.mp4", "no video")).says(ErrorCode::file, {"text.mp4", "as a video"}));
   CHECK(error(folder.write("empty.mp4", "")).says(ErrorCode::file, {"empty.mp4", "it is empty"}));
+  const std::string sound =
+      std::string("RIFF\x25\0\0\0WAVEfmt \x10\0\0\0\1\0\1\0\x40\x1f\0\0\x40\x1f\0\0\1\0\x08\0", 36) +
+      std::string("data\1\0\0\0\x80", 9);
+  CHECK(error(folder.write("sound.wav", sound)).says(ErrorCode::file, {"sound.wav", "it holds no video"}));
   CHECK(error(folder.write("empty.jpg", "")).says(ErrorCode::file, {"empty.jpg", "it is empty"}));
   CHECK(error(folder.write("text.jpg", "no image")).says(ErrorCode::file, {"text.jpg", "cannot be decoded"}));
   CHECK(error("987").says(ErrorCode::file, {"camera 987", "/dev/video987"}));
+}
+
+TEST_CASE("copies and masks among the frames are doubted") {
+  using holdfast::app::other_images;
+  const auto doubt = [](const std::vector<std::string>& names) {
+    std::vector<holdfast::app::ListedImage> images;
+    for (const std::string& name : names) images.push_back({"f/" + name, static_cast<std::int64_t>(images.size())});
+    return other_images(images).value_or("");
+  };
+  CHECK(doubt({"0.jpg", "0.png", "1.jpg", "1.png"}).find("'f/0.jpg' and 'f/0.png'") != std::string::npos);
+  CHECK(doubt({"0.png", "1.png", "2.png", "preview.jpg"}).find("preview.jpg") != std::string::npos);
+  CHECK(doubt({"0.png", "0_mask.png", "1.png", "1_mask.png"}).find("masks") != std::string::npos);
+  for (const auto& names : std::vector<std::vector<std::string>>{{"0.png", "1.png", "2.PNG"},
+                                                                 {"cam1_20260102_1.jpg", "cam1_20260103_22.jpg"},
+                                                                 {"first.png", "second.png"},
+                                                                 {"a3f.png", "b22.png", "0cc.png", "9ab.png"},
+                                                                 {"IMG_1.jpg", "IMG_2.jpg", "DSC_1.jpg"},
+                                                                 {}}) {
+    CHECK(doubt(names).empty());
+  }
+  const TemporaryFolder folder;
+  write_pictures(folder, ".png", 3, 4);
+  write_pictures(folder, ".jpg", 3, 4);
+  CHECK(FrameSource(folder.path().string()).doubt().value_or("").find("two kinds") != std::string::npos);
+  CHECK_FALSE(FrameSource((folder / "*.png").string()).doubt());
+}
+
+TEST_CASE("images may be numbered by nanoseconds") {
+  const TemporaryFolder folder;
+  for (const char* name :
+       {"1700000000000000001.png", "1700000000000000000.png", "9223372036854775807.png", "9999999999999999999.png"}) {
+    write_picture(folder / name, 1);
+  }
+  const auto images = list_images((folder / "%d.png").string());
+  REQUIRE(images);
+  REQUIRE(images->size() == 2);  // the others' numbers are no frame's
+  CHECK(images->front().index == 1700000000000000000);
+  CHECK(images->back().index == 1700000000000000001);
 }
 
 TEST_CASE("ranges that hold no frame are refused") {

@@ -100,6 +100,13 @@ void TrackCommand::check(const CLI::App& command) const {
   }
   refuse_beside(command, {"--guide"}, !init.path.empty(), "--init");
   refuse_without(command, {"--complete-model"}, !init.path.empty(), "--init");
+  const bool is_started = !(init.path.empty() && guide.empty());
+  if (is_started && remembered.empty()) {  // the object is recognized after a loss only
+    const TrackerOptions options = tracker.options();
+    refuse_beside(command, {"--views"}, !completed_model.empty(), "--complete-model");
+    refuse_beside(command, {"--views"}, options.quality == Quality::paper, "--mode paper");
+    refuse_without(command, {"--views"}, options.recovery, "--recovery");
+  }
   refuse_without(command, {"--contact-frames"}, !outputs.contact_sheet.empty(), "--contact-sheet");
 }
 

@@ -35,7 +35,8 @@ class ImageReader : public Reader {
       : images_(std::move(images)),
         time_origin_(images_.front().index),
         end_index_(images_.back().index + 1),
-        frame_rate_(frame_rate > 0 ? frame_rate : kImageFrameRate) {
+        frame_rate_(frame_rate > 0 ? frame_rate : kImageFrameRate),
+        doubt_(other_images(images_)) {
     std::erase_if(images_, [start](const ListedImage& image) { return image.index < start; });
   }
 
@@ -87,6 +88,7 @@ class ImageReader : public Reader {
   double frame_rate() const override { return frame_rate_; }
   std::string name_of_last() const override { return fmt::format(" ('{}')", images_[at_ - 1].path.string()); }
   int turn() const override { return io::image_turn(bytes_.data(), bytes_.size()); }
+  std::optional<std::string> doubt() const override { return doubt_; }
 
  private:
   void require_no_gap() {
@@ -115,6 +117,7 @@ class ImageReader : public Reader {
   std::int64_t time_origin_;
   std::int64_t end_index_;
   double frame_rate_;
+  std::optional<std::string> doubt_;
   std::size_t at_ = 0;  // the next image
   bool read_any_ = false;
   std::vector<std::uint8_t> bytes_;
@@ -178,6 +181,7 @@ class FrameSource::Impl {
     }
     size_ = first_.image.size();
     has_first_ = true;
+    doubt_ = reader_->doubt();
     double brightest = 0;
     cv::minMaxLoc(first_.image.reshape(1), nullptr, &brightest);
     if (const int turn = reader_->turn(); turn != 0) {

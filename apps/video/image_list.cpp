@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <regex>
 #include <string_view>
@@ -101,14 +103,16 @@ std::vector<ListedImage> images_of_printf(const std::string& pattern, const std:
                 fmt::format("the pattern '{}' has its number in a folder's name: it must be in the file's", pattern));
   }
   const std::size_t width = number[1].length() > 0 ? std::stoul(number[1].str()) : 1;
-  const std::regex name(escaped_for_regex(before) + "([0-9]{1,18})" + escaped_for_regex(after));
+  const std::regex name(escaped_for_regex(before) + "([0-9]{1,19})" + escaped_for_regex(after));
   std::vector<ListedImage> images;
   for (const fs::path& file : files_of(folder.empty() ? "." : folder)) {
     std::smatch digits;
     const std::string text = file.filename().string();
     if (std::regex_match(text, digits, name)) {
-      const std::int64_t index = std::stoll(digits[1].str());
-      if (digits[1].str() == fmt::format("{:0{}}", index, width)) {
+      const std::string written = digits[1].str();  // time stamps in nanoseconds have 19 digits
+      std::int64_t index = INT64_MAX;
+      std::from_chars(written.data(), written.data() + written.size(), index);
+      if (index < INT64_MAX && written == fmt::format("{:0{}}", index, width)) {
         images.push_back({file, index});
       }
     }
@@ -132,6 +136,35 @@ std::string lower_extension(const fs::path& path) {
 bool is_image_name(const fs::path& path) {
   const std::string extension = lower_extension(path);
   return std::find(kImageExtensions.begin(), kImageExtensions.end(), extension) != kImageExtensions.end();
+}
+
+std::optional<std::string> other_images(const std::vector<ListedImage>& images) {
+  struct Kind {
+    std::size_t count = 0;
+    fs::path first;
+  };
+  std::map<std::string, Kind> kinds;  // by the extension, then the rest of the name without its digits
+  std::size_t extensions = 0;
+  std::string before;
+  for (const ListedImage& image : images) {
+    std::string name = image.path.stem().string();
+    std::erase_if(name, [](unsigned char c) { return std::isdigit(c) != 0; });
+    Kind& kind = kinds[lower_extension(image.path) + "/" + name];
+    if (kind.count++ == 0) kind.first = image.path;
+  }
+  for (const auto& [name, kind] : kinds) {
+    const std::string extension = name.substr(0, name.find('/'));
+    extensions += extension != before ? 1 : 0;
+    before = extension;
+  }
+  const std::size_t each = kinds.empty() ? 0 : kinds.begin()->second.count;
+  const bool paired = kinds.size() == 2 && each > 1 && 2 * each == images.size();
+  if (extensions < 2 && !paired) return std::nullopt;
+  return fmt::format(
+      "images of two kinds are taken for frames, such as '{}' and '{}': are there copies, masks or previews among "
+      "them? "
+      "give a pattern in quotes that only the frames match, or move the others away",
+      kinds.begin()->second.first.string(), kinds.rbegin()->second.first.string());
 }
 
 bool natural_less(const std::string& a, const std::string& b) {

@@ -21,6 +21,10 @@ struct ListedImage {
 /// An existing file is never taken for a pattern. Throws Error(file) when there are no such images.
 std::optional<std::vector<ListedImage>> list_images(const std::string& input);
 
+/// A warning where images of two extensions are among these, or as many of one name as of another, but for their
+/// numbers: copies and masks of frames would be tracked as frames.
+std::optional<std::string> other_images(const std::vector<ListedImage>& images);
+
 /// Whether a file of this name is taken for an image in a folder.
 bool is_image_name(const std::filesystem::path& path);
 

@@ -205,6 +205,15 @@ std::optional<std::string> video_damage(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
+bool is_recording(const std::filesystem::path& path) {
+  std::error_code failed;
+  std::ifstream file(path, std::ios::binary);
+  std::array<std::uint8_t, 12> header{};
+  if (!std::filesystem::is_regular_file(path, failed) || !read_at(file, 0, header.data(), header.size())) return false;
+  return tag(&header[4]) == "ftyp" || tag(header.data()) == "RIFF" || tag(header.data()) == "OggS" ||
+         big_endian(header.data(), 4) == 0x1a45dfa3;
+}
+
 std::optional<std::string> image_damage(std::span<const std::uint8_t> bytes) {
   if (bytes.size() >= 4 && bytes[0] == 0xff && bytes[1] == 0xd8) {
     return jpeg_damage(bytes);

@@ -32,7 +32,9 @@ class VideoReader : public Reader {
     if (!capture_) {
       const std::string reason = damage_  ? *damage_
                                  : is_url ? "it cannot be reached, or is no video"
-                                          : fmt::format("unknown format; {}", kInputKinds);
+                                 : is_recording(path)
+                                     ? "it holds no video (sound alone?), or of a codec that FFmpeg does not know"
+                                     : fmt::format("unknown format; {}", kInputKinds);
       throw Error(ErrorCode::file, fmt::format("cannot open '{}' as a video: {}", path, reason));
     }
     capture_->set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
