@@ -162,6 +162,8 @@ TEST_CASE("OBJ: a plain look where the file seems to have one is told") {
   CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\nf 1 2 3\n"), "texture coordinates"));
   CHECK(remarks("map_Ka a.png\nmap_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face).empty());
   CHECK(remarks("", corners + face).empty());
+  CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + face), "'usemtl m'"));
+  CHECK(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "f 1 2 3\nusemtl m\n" + face).empty());
 }
 
 TEST_CASE("OBJ: names in quotes, keywords in capitals") {

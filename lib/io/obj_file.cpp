@@ -158,6 +158,16 @@ class ObjMesh {
   /// Why a face is plain though its material has a picture; nothing where it has none.
   std::optional<std::string> why_plain(const ObjFace& face) const {
     const NamedMaterial* material = named(face);
+    if (face.material == kNone && face.textured) {
+      for (const auto& [name, defined] : materials_) {
+        if (defined.map) {
+          return fmt::format(
+              "faces without usemtl have no material, the texture of '{}' is not seen on them: put the "
+              "line 'usemtl {}' before them",
+              name, name);
+        }
+      }
+    }
     if (material == nullptr) return std::nullopt;
     if (map_of(face) != nullptr) {
       return fmt::format("faces of material '{}' have no texture coordinates, its texture is not seen on them",
