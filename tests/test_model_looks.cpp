@@ -351,6 +351,14 @@ TEST_CASE("glTF: base colours, alone and over a texture") {
   REQUIRE(mesh.has_appearance());
   CHECK(mesh.colors[mesh.triangles[0][0]] == kRed);
   CHECK(mesh.colors[mesh.triangles[1][0]] == kBlue);
+  std::string three = gltf(kTextured + "," + colors, four_colors());  // beside a texture
+  three.insert(three.find(first) + first.size(),
+               R"(,{"attributes":{"POSITION":0},"material":1},{"attributes":{"POSITION":0},"material":2})");
+  const Mesh mixed = io::load_model(folder.write("three.gltf", three));
+  REQUIRE(mixed.colors.size() == mixed.positions.size());
+  CHECK(seen(mixed, 0, 0.1, 0.1) == kRed);
+  CHECK(mixed.colors[mixed.triangles[1][0]] == kRed);
+  CHECK(mixed.colors[mixed.triangles[2][0]] == kBlue);
 }
 
 TEST_CASE("glTF: a plain look where the file seems to have one is told") {

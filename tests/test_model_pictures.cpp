@@ -65,6 +65,20 @@ TEST_CASE("OBJ: materials of one picture share it, laid out by each, but for how
   CHECK(mesh.texture_coordinates[mesh.triangles[1][0]].x() == 0.25F);
 }
 
+TEST_CASE("OBJ: parts beside a texture keep their colours where they are several") {
+  const TemporaryFolder folder;
+  folder.write("a.png", picture());
+  folder.write("m.mtl", "newmtl r\nKd 1 0 0\nnewmtl g\nKd 0 1 0\nnewmtl t\nKd 1 1 1\nmap_Kd a.png\n");
+  const std::string printed = "mtllib m.mtl\n" + kCorners + "usemtl t\nf 1/1 2/2 3/3\nusemtl r\nf 2 4 3\n";
+  const Mesh mesh = io::load_model(folder.write("two.obj", printed + "usemtl g\nf 1 2 4\n"));
+  REQUIRE(mesh.colors.size() == mesh.positions.size());
+  CHECK(mesh.colors[mesh.triangles[1][0]] == std::array<std::uint8_t, 4>{255, 0, 0, 255});
+  CHECK(mesh.colors[mesh.triangles[2][0]] == std::array<std::uint8_t, 4>{0, 255, 0, 255});
+  CHECK_FALSE(mesh.materials[mesh.triangle_materials[0]].texture.empty());
+  CHECK(mesh.materials[mesh.triangle_materials[1]].texture.empty());
+  CHECK(io::load_model(folder.write("one.obj", printed)).colors.empty());
+}
+
 TEST_CASE("OBJ: files are found whatever capitals their names have, and comments after names are left out") {
   const TemporaryFolder folder;
   folder.write("Skins/Tex.PNG", picture());
