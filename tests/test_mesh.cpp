@@ -74,6 +74,8 @@ TEST_CASE("one colour, as compression leaves it, is told from two, on vertices a
   CHECK(is_of_one_color(mesh));
   mesh.colors[3][1] = 105;
   CHECK_FALSE(is_of_one_color(mesh));
+  mesh.colors[3][3] = 249;  // not known
+  CHECK(is_of_one_color(mesh));
   mesh.colors.clear();
   Material material;
   material.texture = {2, 1, {50, 60, 70, 255, 55, 60, 70, 255}};

@@ -162,6 +162,8 @@ TEST_CASE("OBJ: a plain look where the file seems to have one is told") {
   CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\nf 1 2 3\n"), "texture coordinates"));
   CHECK(remarks("map_Ka a.png\nmap_Kd a.png", "mtllib m.mtl\n" + corners + "usemtl m\n" + face).empty());
   CHECK(remarks("", corners + face).empty());
+  CHECK(any_says(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + face), "'usemtl m'"));
+  CHECK(remarks("map_Kd a.png", "mtllib m.mtl\n" + corners + "f 1 2 3\nusemtl m\n" + face).empty());
 }
 
 TEST_CASE("OBJ: names in quotes, keywords in capitals") {
@@ -349,6 +351,14 @@ TEST_CASE("glTF: base colours, alone and over a texture") {
   REQUIRE(mesh.has_appearance());
   CHECK(mesh.colors[mesh.triangles[0][0]] == kRed);
   CHECK(mesh.colors[mesh.triangles[1][0]] == kBlue);
+  std::string three = gltf(kTextured + "," + colors, four_colors());  // beside a texture
+  three.insert(three.find(first) + first.size(),
+               R"(,{"attributes":{"POSITION":0},"material":1},{"attributes":{"POSITION":0},"material":2})");
+  const Mesh mixed = io::load_model(folder.write("three.gltf", three));
+  REQUIRE(mixed.colors.size() == mixed.positions.size());
+  CHECK(seen(mixed, 0, 0.1, 0.1) == kRed);
+  CHECK(mixed.colors[mixed.triangles[1][0]] == kRed);
+  CHECK(mixed.colors[mixed.triangles[2][0]] == kBlue);
 }
 
 TEST_CASE("glTF: a plain look where the file seems to have one is told") {

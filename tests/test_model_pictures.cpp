@@ -2,7 +2,7 @@
 // known.
 #include <doctest/doctest.h>
 
-#include <algorithm>
+#include <array>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "holdfast/io.hpp"
+#include "show/model_sheet.hpp"
 #include "support/files.hpp"
 
 using namespace holdfast;
@@ -64,6 +65,20 @@ TEST_CASE("OBJ: materials of one picture share it, laid out by each, but for how
   CHECK(mesh.texture_coordinates[mesh.triangles[1][0]].x() == 0.25F);
 }
 
+TEST_CASE("OBJ: parts beside a texture keep their colours where they are several") {
+  const TemporaryFolder folder;
+  folder.write("a.png", picture());
+  folder.write("m.mtl", "newmtl r\nKd 1 0 0\nnewmtl g\nKd 0 1 0\nnewmtl t\nKd 1 1 1\nmap_Kd a.png\n");
+  const std::string printed = "mtllib m.mtl\n" + kCorners + "usemtl t\nf 1/1 2/2 3/3\nusemtl r\nf 2 4 3\n";
+  const Mesh mesh = io::load_model(folder.write("two.obj", printed + "usemtl g\nf 1 2 4\n"));
+  REQUIRE(mesh.colors.size() == mesh.positions.size());
+  CHECK(mesh.colors[mesh.triangles[1][0]] == std::array<std::uint8_t, 4>{255, 0, 0, 255});
+  CHECK(mesh.colors[mesh.triangles[2][0]] == std::array<std::uint8_t, 4>{0, 255, 0, 255});
+  CHECK_FALSE(mesh.materials[mesh.triangle_materials[0]].texture.empty());
+  CHECK(mesh.materials[mesh.triangle_materials[1]].texture.empty());
+  CHECK(io::load_model(folder.write("one.obj", printed)).colors.empty());
+}
+
 TEST_CASE("OBJ: files are found whatever capitals their names have, and comments after names are left out") {
   const TemporaryFolder folder;
   folder.write("Skins/Tex.PNG", picture());
@@ -114,4 +129,30 @@ TEST_CASE("PLY: a picture named twice is there once") {
   CHECK(mesh.triangle_materials == std::vector<std::uint32_t>{0, 0, 1});
   CHECK_FALSE(mesh.materials[0].texture.empty());
   CHECK(mesh.materials[1].texture.empty());
+}
+
+TEST_CASE("A look that is transparent all over is told, and shown as not known") {
+  const TemporaryFolder folder;
+  const auto check = [](const std::filesystem::path& path, bool known) {
+    std::vector<std::string> remarks;
+    const Mesh mesh = io::load_model(path, 1, &remarks);
+    CHECK(remarks.empty() == known);
+    if (!known && !remarks.empty()) CHECK(remarks[0].find("transparent all over") != std::string::npos);
+    CHECK(app::model_text(mesh).find(known ? " 100 % of the surface" : " 0 % of the surface") != std::string::npos);
+  };
+  folder.write("m.mtl", "newmtl m\nmap_Kd a.png\n");
+  for (const int alpha : {0, 128, 249, 250, 255}) {
+    CAPTURE(alpha);
+    const bool known = alpha >= 250;
+    folder.write("a.png", picture(cv::Scalar(10, 100, 200, alpha)));
+    check(folder.write("m.obj", "mtllib m.mtl\n" + kCorners + "usemtl m\nf 1/1 2/2 3/3\n"), known);
+    const std::string color = " 1 2 3 " + std::to_string(alpha) + "\n";
+    check(
+        folder.write("m.ply",
+                     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+                     "z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\nelement "
+                     "face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0" +
+                         color + "1 0 0" + color + "0 1 0" + color + "3 0 1 2\n"),
+        known);
+  }
 }

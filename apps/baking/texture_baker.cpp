@@ -21,8 +21,6 @@ constexpr int kCell = 8;
 constexpr float kLeastCompared = 4;
 /// More pairs of colours than that make a photometric match no better.
 constexpr std::size_t kMostPairs = 3000;
-/// Alpha of a texture from which on a texel counts as known.
-constexpr std::uint8_t kKnownAlpha = 250;
 /// A given pose's view replaces another one's when it is this much better: no patchwork of nearly equal views.
 constexpr float kBetterGivenView = 1.25F;
 /// Views down to this share of a texel's score are averaged with it.

@@ -127,7 +127,7 @@ cv::Mat tile_of(Renderer& renderer, const Mesh& mesh, const Side& side) {
   return tile;
 }
 
-/// Share of a triangle whose texels are known (not transparent), from `steps` samples along each side.
+/// Share of a triangle whose texels are known, from `steps` samples along each side.
 double known_share(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners, const Texture& texture, int steps) {
   const auto texel = [](float coordinate, int size) {
     return std::clamp(static_cast<int>((coordinate - std::floor(coordinate)) * static_cast<float>(size)), 0, size - 1);
@@ -142,7 +142,7 @@ double known_share(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners
       const int x = texel(t.x(), texture.width), y = texel(1 - t.y(), texture.height);
       known += texture.rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(texture.width) +
                                  static_cast<std::size_t>(x)) +
-                            3] > 0;
+                            3] >= kKnownAlpha;
     }
   }
   return static_cast<double>(known) / all;
@@ -193,7 +193,7 @@ std::string model_text(const Mesh& mesh) {
     const std::size_t material = mesh.triangle_materials.empty() ? 0 : mesh.triangle_materials[i];
     const bool textured = material < mesh.materials.size() && !mesh.materials[material].texture.empty();
     const bool colored =
-        !mesh.colors.empty() && mesh.colors[a][3] > 0 && mesh.colors[b][3] > 0 && mesh.colors[c][3] > 0;
+        !mesh.colors.empty() && std::min({mesh.colors[a][3], mesh.colors[b][3], mesh.colors[c][3]}) >= kKnownAlpha;
     whole += area;
     if (textured) {
       const int steps = 1 + static_cast<int>(kSamplesAcross * std::sqrt(area) / extent);

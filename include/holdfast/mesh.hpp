@@ -10,8 +10,11 @@
 
 namespace holdfast {
 
-/// RGBA image, rows from the top (v = 1) down. Alpha 0 marks surface that was never seen: it is drawn (it hides what
-/// lies behind it) but gives no constraints.
+/// Least alpha of what is known of a surface, as in model.frag. What is more transparent was never seen, or what is
+/// seen through it changes: it is drawn, since it hides what lies behind it, but gives no constraints.
+inline constexpr std::uint8_t kKnownAlpha = 250;
+
+/// RGBA image, rows from the top (v = 1) down.
 struct Texture {
   int width = 0;
   int height = 0;

@@ -48,6 +48,7 @@ void main() {
   normal *= -sign(dot(normal, fragment_position));
   color.rgb *= (1.0 + dot(shading, normal)) / (1.0 + length(shading));
 #endif
-  // Filtering mixes never-seen texels (alpha 0) in; where that is more than a trace, the colour is not known.
+  // Filtering mixes never-seen texels (alpha 0) in; where that is more than a trace, the colour is not known. As
+  // kKnownAlpha.
   pixel = vec4(color.rgb, step(0.98, color.a));
 }

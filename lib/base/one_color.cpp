@@ -14,10 +14,10 @@ constexpr int kAlike = 8;
 
 bool is_of_one_color(const Mesh& mesh) {
   std::array<int, 3> least{255, 255, 255}, most{0, 0, 0};
-  const auto alike = [&](const std::uint8_t* rgb) {  // false once some channel spans too much
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      least[channel] = std::min<int>(least[channel], rgb[channel]);
-      most[channel] = std::max<int>(most[channel], rgb[channel]);
+  const auto alike = [&](const std::uint8_t* rgba) {  // false once some channel spans too much
+    for (std::size_t channel = 0; channel < 3 && rgba[3] >= kKnownAlpha; ++channel) {
+      least[channel] = std::min<int>(least[channel], rgba[channel]);
+      most[channel] = std::max<int>(most[channel], rgba[channel]);
       if (most[channel] - least[channel] > kAlike) return false;
     }
     return true;

@@ -4,7 +4,7 @@
 
 namespace holdfast {
 
-/// All vertex colours and texels of the mesh are alike: nothing on it is to be followed.
+/// All vertex colours and texels of the mesh that are known are alike: nothing on it is to be followed.
 bool is_of_one_color(const Mesh& mesh);
 
 }  // namespace holdfast

@@ -50,11 +50,11 @@ class GltfReader {
       if (!with_texture) tell_why_plain(part);
       textured = textured || with_texture;
       vertex_colors = vertex_colors || (!with_texture && attribute(part, "COLOR_0"));
-      looks.insert(look(part.material).color);
+      if (!with_texture) looks.insert(look(part.material).color);
     }
     // One colour all over shows nothing that the outline does not; beside a texture it may be what exporters write for
     // surface that they know nothing of.
-    colored_ = vertex_colors || (!textured && looks.size() > 1);
+    colored_ = vertex_colors || looks.size() > 1;
     assembly_.emplace(textured, colored_);
     for (const Part& part : parts_) add(part);
     return assembly_->take();

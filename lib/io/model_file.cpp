@@ -315,6 +315,17 @@ std::vector<fs::path> named_files(const fs::path& path) {
   return files;
 }
 
+/// A texel or a vertex colour is opaque enough to be known.
+bool any_look_known(const Mesh& mesh) {
+  for (const Material& material : mesh.materials) {
+    const std::vector<std::uint8_t>& rgba = material.texture.rgba;
+    for (std::size_t i = 3; i < rgba.size(); i += 4) {
+      if (rgba[i] >= kKnownAlpha) return true;
+    }
+  }
+  return std::any_of(mesh.colors.begin(), mesh.colors.end(), [](const auto& color) { return color[3] >= kKnownAlpha; });
+}
+
 }  // namespace
 
 Mesh load_model(const fs::path& path, double scale, std::vector<std::string>* remarks) {
@@ -328,6 +339,12 @@ Mesh load_model(const fs::path& path, double scale, std::vector<std::string>* re
   try {
     mesh = load_by_format(path, scale, remarks != nullptr ? *remarks : ignored);
     mesh->validate();
+    if (remarks != nullptr && mesh->has_appearance() && !any_look_known(*mesh)) {
+      remarks->push_back(
+          fmt::format("model '{}' has a texture or colours, but none of it is known, since it is transparent all over "
+                      "(alpha below {} of 255): save it opaque",
+                      path.string(), kKnownAlpha));
+    }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::model) throw;
     std::string reason = error.what();

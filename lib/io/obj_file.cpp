@@ -111,8 +111,9 @@ class ObjMesh {
     for (const ObjFace& face : text_.faces) {
       const bool with_texture = is_textured(face);
       textured = textured || with_texture;
+      if (with_texture) continue;
       looks.insert(material_color(face));
-      if (!with_texture && plain.insert(face.material).second) {
+      if (plain.insert(face.material).second) {
         if (const auto reason = why_plain(face))
           remarks.push_back(fmt::format("model '{}': {}", path.string(), *reason));
       }
@@ -120,7 +121,8 @@ class ObjMesh {
     for (const Eigen::Array4f& color : text_.colors) most_ = std::max(most_, color.maxCoeff());
     // One colour all over shows nothing that the outline does not; beside a texture it may be what exporters write for
     // surface that they know nothing of.
-    by_material_ = !textured && text_.colors.empty() && looks.size() > 1;
+    if (textured) looks.erase(std::nullopt);
+    by_material_ = text_.colors.empty() && looks.size() > 1;
     assembly_.emplace(textured, by_material_ || !text_.colors.empty());
   }
 
@@ -129,7 +131,7 @@ class ObjMesh {
     std::vector<Eigen::Vector3f> positions;
     for (const ObjFace& face : text_.faces) {
       const bool textured = is_textured(face);
-      const std::optional<Color> color = by_material_ ? material_color(face) : std::nullopt;
+      const std::optional<Color> color = by_material_ && !textured ? material_color(face) : std::nullopt;
       const std::uint32_t material = material_of(face, textured);
       corners.clear();
       positions.clear();
@@ -158,6 +160,16 @@ class ObjMesh {
   /// Why a face is plain though its material has a picture; nothing where it has none.
   std::optional<std::string> why_plain(const ObjFace& face) const {
     const NamedMaterial* material = named(face);
+    if (face.material == kNone && face.textured) {
+      for (const auto& [name, defined] : materials_) {
+        if (defined.map) {
+          return fmt::format(
+              "faces without usemtl have no material, the texture of '{}' is not seen on them: put the "
+              "line 'usemtl {}' before them",
+              name, name);
+        }
+      }
+    }
     if (material == nullptr) return std::nullopt;
     if (map_of(face) != nullptr) {
       return fmt::format("faces of material '{}' have no texture coordinates, its texture is not seen on them",
@@ -170,9 +182,10 @@ class ObjMesh {
 
   bool is_textured(const ObjFace& face) const { return face.textured && map_of(face) != nullptr; }
 
+  /// Nothing where the material has a picture: the colour beside it is not what it looks like.
   std::optional<Color> material_color(const ObjFace& face) const {
     const NamedMaterial* material = named(face);
-    return material != nullptr ? material->color : std::nullopt;
+    return material != nullptr && map_of(face) == nullptr ? material->color : std::nullopt;
   }
 
   std::uint32_t material_of(const ObjFace& face, bool textured) {

@@ -132,8 +132,9 @@ void bind_mesh(nb::module_& module) {
                   "numpy.typing.ArrayLike | None = None, image: numpy.typing.NDArray[numpy.uint8] | None = None, "
                   "colors: numpy.typing.ArrayLike | None = None) -> None"),
           "vertices: Nx3, metres. faces: Mx3 vertex indices. uv: Nx2, v upwards. image: HxWx3 RGB, HxWx4 RGBA or HxW "
-          "uint8, or a picture of Pillow's; rows from the top (v = 1) down; alpha 0 marks surface of unknown look. uv "
-          "without image: a model without texture, whose coordinates TextureBaker uses. colors: Nx3 or Nx4, 0 to 255.")
+          "uint8, or a picture of Pillow's; rows from the top (v = 1) down; alpha below 250 marks surface of unknown "
+          "look. uv without image: a model without texture, whose coordinates TextureBaker uses. colors: Nx3 or Nx4, 0 "
+          "to 255.")
       .def_static(
           "load",
           [](const std::filesystem::path& path, double scale) {
