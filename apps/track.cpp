@@ -125,7 +125,6 @@ int TrackCommand::run() const {
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   require_start(mesh);
   const Camera calibrated = camera_of(source, mesh);
-  warn_if(io::camera_warning(calibrated));
   const bool doubts_units = warn_about_units(mesh, T_camera_object, calibrated);
   if (T_camera_object) require_in_view(mesh, calibrated, *T_camera_object);
   std::optional<Frame> first_frame;
@@ -167,6 +166,7 @@ int TrackCommand::run() const {
   }
   std::optional<Memory> memory;
   if (!remembered.empty()) memory.emplace(completion ? given_mesh : mesh, calibrated, recognition());
+  warn_if(io::camera_warning(calibrated));
   // Until results are begun a signal may end the program at once: opening a pipe that nobody writes waits for ever.
   const Interruption interruption;
   RunFiles files(outputs, mesh, follower.camera(), source.frame_rate() / static_cast<double>(stride),

@@ -30,15 +30,19 @@ constexpr SumTables kTables = sum_tables();
 
 std::uint32_t byte_at(std::string_view bytes, std::size_t at) { return static_cast<unsigned char>(bytes[at]); }
 
+std::uint32_t little_endian(std::string_view bytes, std::size_t at) {
+  return byte_at(bytes, at) | byte_at(bytes, at + 1) << 8 | byte_at(bytes, at + 2) << 16 | byte_at(bytes, at + 3) << 24;
+}
+
 /// The CRC of PNG (and zlib).
 std::uint32_t checksum(std::string_view bytes) {
   std::uint32_t sum = ~0U;
   std::size_t at = 0;
   for (; at + 8 <= bytes.size(); at += 8) {
-    std::uint32_t next = 0;
-    for (std::size_t i = 0; i < 4; ++i) next ^= kTables[7 - i][(byte_at(bytes, at + i) ^ sum >> (8 * i)) & 0xff];
-    for (std::size_t i = 4; i < 8; ++i) next ^= kTables[7 - i][byte_at(bytes, at + i)];
-    sum = next;
+    const std::uint32_t first = sum ^ little_endian(bytes, at), second = little_endian(bytes, at + 4);
+    sum = kTables[7][first & 0xff] ^ kTables[6][first >> 8 & 0xff] ^ kTables[5][first >> 16 & 0xff] ^
+          kTables[4][first >> 24] ^ kTables[3][second & 0xff] ^ kTables[2][second >> 8 & 0xff] ^
+          kTables[1][second >> 16 & 0xff] ^ kTables[0][second >> 24];
   }
   for (; at < bytes.size(); ++at) sum = kTables[0][(byte_at(bytes, at) ^ sum) & 0xff] ^ sum >> 8;
   return ~sum;
