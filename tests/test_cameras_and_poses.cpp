@@ -250,8 +250,9 @@ TEST_CASE("Cameras that cannot be used: one line that names the file and the fau
     CHECK_ERROR(load(one + other), ErrorCode::camera, "camera model '", "not supported");
   }
   CHECK_ERROR(load(one + "xi: 0.9"), ErrorCode::camera, "'xi' is 0.9", "not supported");
-  for (const char* usual :
-       {"type: OmniVision OV9281", "model: D435", "projection: frame", "type: perspective", "lens: 8 mm", "xi: 0"}) {
+  for (const char* usual : {"type: OmniVision OV9281", "model: D435", "projection: frame", "type: perspective",
+                            "lens: 8 mm", "xi: 0", "projection: rectilinear", "distortion_type: radial",
+                            "tangential: true", "radial:", "NumRadialDistortionCoefficients: 2"}) {
     CAPTURE(usual);
     CHECK(load(one + usual).lens == LensModel::polynomial);
   }

@@ -151,7 +151,8 @@ TEST_CASE("STL: text and bytes are told apart, whatever stands before and behind
   const TemporaryFolder folder;
   const std::string binary = binary_stl("solid in name", {0, 0});
   for (const std::string& whole :
-       {"\xef\xbb\xbf" + text_stl(), "\r\n " + text_stl(), binary + std::string(2, '\0'), binary + "solid"}) {
+       {"\xef\xbb\xbf" + text_stl(), "\r\n " + text_stl(), binary + std::string(2, '\0'), binary + "solid",
+        text_stl().substr(0, text_stl().rfind("endsolid")) + "end solid\n"}) {
     CHECK(io::load_model(folder.write("m.stl", whole)).triangles.size() == 2);
   }
   std::string padded = binary;

@@ -238,7 +238,8 @@ TEST_CASE("Features are kept in a file, which is checked when it is read") {
   folder.write("flipped.views", flipped);
   CHECK_ERROR(ModelFeatures::load(folder / "flipped.views", box()), ErrorCode::file, "damaged");
   folder.write("foreign.views", "solid box\n");
-  CHECK_ERROR(ModelFeatures::load(folder / "foreign.views", box()), ErrorCode::file, "foreign.views", "remove");
+  CHECK_ERROR(ModelFeatures::load(folder / "foreign.views", box()), ErrorCode::file, "foreign.views",
+              "name another file");
   folder.write("empty.views", "");
   CHECK_ERROR(ModelFeatures::load(folder / "empty.views", box()), ErrorCode::file, "empty.views");
   folder.write("endless.views", "holdfast features 1 aa 99999999999999999999 bb\n");

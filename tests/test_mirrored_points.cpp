@@ -31,6 +31,11 @@ TEST_CASE("Pairs of a mirror image are told, and no others") {
       return mirrored_points(given, camera, pose_from_points(given, camera).rms).value_or("");
     };
     CHECK(said(pairs).empty());
+    std::vector<PointPair> rough = pairs;
+    for (PointPair& pair : rough) pair.pixel += 8 * Eigen::Vector2d(mark(random), mark(random));
+    CHECK(said(rough).empty());
+    rough.resize(4);
+    CHECK(said(rough).empty());
     std::vector<PointPair> mirrored = pairs;
     for (PointPair& pair : mirrored) pair.p_object.y() *= -1;
     CHECK(said(mirrored).find("mirrored model") != std::string::npos);

@@ -1,4 +1,4 @@
-// What is said of a model that cannot be read: what to do about it, and "is the file complete?" only where it may not
+// Messages on a model that cannot be read: what to do about it, and "is the file complete?" only where it may not
 // be.
 #include <doctest/doctest.h>
 
@@ -14,7 +14,7 @@ using holdfast::test::TemporaryFolder;
 
 namespace {
 
-/// How the one line ends that a model is refused with.
+/// The end of the one line that a model is refused with.
 std::string advice_on(const std::filesystem::path& path) {
   const test::CaughtError error = test::error_of([&] { (void)io::load_model(path); });
   CHECK(error.thrown);

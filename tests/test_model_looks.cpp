@@ -190,6 +190,7 @@ TEST_CASE("OBJ: colours of vertices as shares of 1, or of 255") {
   CHECK(colors("1.0 1 0 0", "1.0 0 0.5 1") == std::pair{kRed, Color{0, 128, 255, 255}});
   CHECK(colors("1 0 0 1", "0 0.5 1 1") == std::pair{kRed, Color{0, 128, 255, 255}});
   CHECK(colors("1 0 0 1", "1 0.5 1 1") == std::pair{kRed, Color{255, 128, 255, 255}});
+  CHECK(colors("1 0 0 .5", "1 0.5 1 .5") == std::pair{kRed, Color{255, 128, 255, 255}});
 }
 
 TEST_CASE("OBJ: colours of materials are seen where there are several, and one alone is none") {

@@ -77,6 +77,8 @@ TEST_CASE("OBJ: parts beside a texture keep their colours where they are several
   CHECK_FALSE(mesh.materials[mesh.triangle_materials[0]].texture.empty());
   CHECK(mesh.materials[mesh.triangle_materials[1]].texture.empty());
   CHECK(io::load_model(folder.write("one.obj", printed)).colors.empty());
+  io::save_model(folder / "saved.obj", mesh);
+  CHECK(io::load_model(folder / "saved.obj").colors == mesh.colors);
 }
 
 TEST_CASE("OBJ: files are found whatever capitals their names have, and comments after names are left out") {
@@ -101,6 +103,7 @@ TEST_CASE("OBJ: files are found whatever capitals their names have, and comments
   CHECK(red(library, map, "m", "m # first") == 200);
   CHECK(red(library, "Skins/tex #2.png") == 0);
   CHECK(red(library, map, "m #1", "m #1") == 200);
+  CHECK(red(library, map, "m #2", "m #1") == -1);
 }
 
 TEST_CASE("glTF: materials of one picture share it where they make the same of it") {

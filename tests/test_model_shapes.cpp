@@ -1,4 +1,4 @@
-// Where the parts of a model stand, as its format says.
+// The parts of a model stand where its format says.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -37,7 +37,7 @@ std::string gltf(const std::string& node, const std::string& mesh = "",
                  {"bufferView":2,"componentType":5126,"count":2,"type":"VEC3"}]})";
 }
 
-/// Where the corner that stands at (1, 0, 0) in the file comes to, and what is said.
+/// The place of the corner that stands at (1, 0, 0) in the file, and the remarks.
 struct Placed {
   Eigen::Vector3f corner;
   std::vector<std::string> remarks;

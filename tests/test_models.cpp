@@ -344,7 +344,7 @@ TEST_CASE("save_model writes what load_model reads back") {
     for (std::size_t i = 0; i < expected.size(); ++i) {
       CHECK(actual[i].color == expected[i].color);
     }
-    colored.colors[2][3] = 0;
+    colored.colors[2][3] = 128;
     CHECK_ERROR(io::save_model(folder / "colored.obj", colored), ErrorCode::invalid_argument, "alpha");
   }
   SUBCASE("names and folders that do not do") {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstddef>
 #include <utility>
 
 #include "holdfast/error.hpp"
@@ -12,11 +13,13 @@ namespace {
 
 /// Pixels that marks are off at least where a mirror image is looked for, and times that it fits better.
 constexpr double kLeastRms = 1, kClearly = 3;
+/// Pairs below which a mirror image may fit better by chance.
+constexpr std::size_t kLeastPairs = 6;
 
 }  // namespace
 
 std::optional<std::string> mirrored_points(const std::vector<PointPair>& pairs, const Camera& camera, double rms) {
-  if (rms < kLeastRms) return std::nullopt;
+  if (rms < kLeastRms || pairs.size() < kLeastPairs) return std::nullopt;
   std::vector<PointPair> exchanged = pairs, negated = pairs;
   for (PointPair& pair : exchanged) std::swap(pair.pixel.x(), pair.pixel.y());
   for (PointPair& pair : negated) pair.p_object.x() *= -1;

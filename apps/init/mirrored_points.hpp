@@ -9,7 +9,7 @@
 
 namespace holdfast::app {
 
-/// What is to be said where pairs whose pose is `rms` pixels off fit several times better with u and v exchanged, or
+/// A doubt where pairs whose pose is `rms` pixels off fit several times better with u and v exchanged, or
 /// with one of the model's axes negated: a mirror image of a shape fits its picture to some pixels.
 std::optional<std::string> mirrored_points(const std::vector<PointPair>& pairs, const Camera& camera, double rms);
 

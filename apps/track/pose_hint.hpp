@@ -33,7 +33,7 @@ std::string lost_start(const FrameResult& first);
 std::optional<std::string> pose_hint(const Pose& T_camera_object, bool by_texture,
                                      const std::function<bool(const Pose&)>& is_held);
 
-/// What is said where the first frame shows the outline of a textured model and not its print.
+/// The doubt where the first frame shows the outline of a textured model and not its print.
 std::string held_by_outline();
 
 }  // namespace holdfast::app

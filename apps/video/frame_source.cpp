@@ -184,18 +184,17 @@ class FrameSource::Impl {
     doubt_ = reader_->doubt();
     double brightest = 0;
     cv::minMaxLoc(first_.image.reshape(1), nullptr, &brightest);
+    const auto doubt = [this](const std::string& other) { doubt_ = doubt_ ? *doubt_ + "; " + other : other; };
     if (const int turn = reader_->turn(); turn != 0) {
-      doubt_ = fmt::format(
+      doubt(fmt::format(
           "frame {}{} is stored turned by {} degrees and read so, {}x{}: the calibration, the first pose and points "
-          "must "
-          "belong to frames as they are stored; turn the recording if they do not",
-          first_.index, reader_->name_of_last(), turn, size_.width, size_.height);
+          "must belong to frames as they are stored; turn the recording if they do not",
+          first_.index, reader_->name_of_last(), turn, size_.width, size_.height));
     } else if (brightest < kNearlyBlack) {
-      doubt_ = fmt::format(
+      doubt(fmt::format(
           "frame {}{} is nearly black, its brightest value {} of 255: expose longer; if its values are 10 or 12 bits "
-          "in "
-          "16, scale them up",
-          first_.index, reader_->name_of_last(), brightest);
+          "in 16, scale them up",
+          first_.index, reader_->name_of_last(), brightest));
     }
   }
 

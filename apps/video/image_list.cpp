@@ -161,9 +161,8 @@ std::optional<std::string> other_images(const std::vector<ListedImage>& images) 
   const bool paired = kinds.size() == 2 && each > 1 && 2 * each == images.size();
   if (extensions < 2 && !paired) return std::nullopt;
   return fmt::format(
-      "images of two kinds are taken for frames, such as '{}' and '{}': are there copies, masks or previews among "
-      "them? "
-      "give a pattern in quotes that only the frames match, or move the others away",
+      "images of several kinds are taken for frames, such as '{}' and '{}': are there copies, masks or previews "
+      "among them? give a pattern in quotes that only the frames match, or move the others away",
       kinds.begin()->second.first.string(), kinds.rbegin()->second.first.string());
 }
 

@@ -21,7 +21,7 @@ struct CountPromise {
 
 CountPromise count_promise(const std::filesystem::path& path);
 
-/// Whether a file begins as a recording of pictures or sound does: MP4, MOV, AVI, WAV, MKV, WebM, Ogg.
+/// True for a file that begins as a recording of pictures or sound: MP4, MOV, AVI, WAV, MKV, WebM, Ogg.
 bool is_recording(const std::filesystem::path& path);
 
 /// Why an encoded image cannot be whole; nothing for whole images and for formats other than JPEG and PNG.

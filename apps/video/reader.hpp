@@ -31,7 +31,7 @@ class Reader {
   virtual std::string name_of_last() const = 0;
   /// By how many degrees to the right the frame last read is said to be turned to stand upright.
   virtual int turn() const { return 0; }
-  /// What makes one doubt that these are the frames that were meant.
+  /// A doubt that these are the frames that were meant.
   virtual std::optional<std::string> doubt() const { return std::nullopt; }
   /// Having come to the end after the frame before `index`: why that is too early.
   virtual std::optional<std::string> ended_early(std::int64_t) const { return std::nullopt; }

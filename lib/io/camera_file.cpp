@@ -88,13 +88,14 @@ LensModel lens_model(const json& document, const fs::path& path) {
     if (named == nullptr || !named->is_string()) continue;
     std::string name = plain_key(*named);
     if (name.starts_with("distortion")) name.erase(0, std::string_view("distortion").size());  // RealSense's
-    const bool may_be_device = key == "model" || key == "type" || key == "lenstype" || key == "lens";
+    const bool is_sure = key == "distortionmodel" || key == "cameramodel" || key == "modeltype" || key == "lensmodel" ||
+                         key == "projectionmodel" || key == "cameratype";
     const auto is_one_of = [&name](std::initializer_list<std::string_view> names) {
       return std::find(names.begin(), names.end(), name) != names.end();
     };
     if (is_one_of({"equidistant", "fisheye", "opencvfisheye", "kannalabrandt", "kannalabrandt4", "kannalabrandt8"})) {
       lens = LensModel::fisheye;
-    } else if ((!may_be_device || is_other_lens(name)) &&
+    } else if ((is_sure || is_other_lens(name)) &&
                !is_one_of({"", "none", "plumbbob", "rationalpolynomial", "radtan", "radialtangential", "opencv",
                            "pinhole", "perspective", "brown", "brownconrady", "standard", "frame"})) {
       fail_camera(path, fmt::format("the {} '{}' is not supported: calibrate with plumb_bob, rational_polynomial or "
@@ -299,7 +300,8 @@ std::optional<std::string> focal_warning(const Camera& camera) {
   if (!is_short && std::max(camera.fx, camera.fy) <= kLongest * longer_side) return std::nullopt;
   return fmt::format(
       "the focal length is {:.3g} pixels, far too {} for frames of {}x{}: {}",
-      is_short ? camera.fx : std::max(camera.fx, camera.fy), is_short ? "short" : "long", camera.width, camera.height,
+      is_short ? std::min(camera.fx, camera.fy) : std::max(camera.fx, camera.fy), is_short ? "short" : "long",
+      camera.width, camera.height,
       is_short ? "is it in millimetres (divide it by the sensor's width, multiply it by the frame's), or in shares of "
                  "the frame (multiply it by that)?"
                : "was the camera calibrated at another size, or is it in micrometres?");

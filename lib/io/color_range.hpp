@@ -8,7 +8,7 @@
 
 namespace holdfast::io {
 
-/// What full colour is in a file whose format leaves it open: the largest value tells, of red, green and blue together
+/// Full colour in a file whose format leaves it open: the largest value tells, of red, green and blue together
 /// and of alpha, since one dark colour does not.
 class ColorRange {
  public:
@@ -18,9 +18,9 @@ class ColorRange {
     most = std::max(most, value);
   }
 
-  /// Of shares of 1 or numbers up to 255: shares are rounded up by less.
+  /// Full colour of shares of 1 or numbers up to 255: shares are rounded up by less.
   double full(std::size_t channel) const { return most(channel) > 2 ? 255 : 1; }
-  /// Of 16 bits, in which programs write numbers up to 255 too.
+  /// Full colour in 16 bits, in which programs write numbers up to 255 too.
   double full_of_16_bits(std::size_t channel) const { return most(channel) > 255 ? 65535 : 255; }
 
  private:

@@ -61,8 +61,11 @@ constexpr std::array<std::string_view, 4> kSplitNames = {"radialdistortion", "ra
 
 /// MATLAB's way, radial k1 k2 [k3] and tangential p1 p2, in OpenCV's order; empty where there are none.
 std::vector<double> split_coefficients(LensModel lens, const json& document, const fs::path& path) {
-  const json* radial = find_field(document, {kSplitNames[0], kSplitNames[1]});
-  const json* tangential = find_field(document, {kSplitNames[2], kSplitNames[3]});
+  const auto list = [&](std::size_t name) -> const json* {
+    const json* node = find_field(document, {kSplitNames[name], kSplitNames[name + 1]});
+    return node != nullptr && (node->is_structured() || node->is_number()) ? node : nullptr;  // else a switch
+  };
+  const json *radial = list(0), *tangential = list(2);
   if (radial == nullptr && tangential == nullptr) return {};
   const std::vector<double> k = radial != nullptr ? matrix_values(*radial, path, "radial") : std::vector<double>{0, 0};
   const std::vector<double> p =
@@ -86,8 +89,10 @@ void require_no_other_distortion(const json& document, const json* taken, const 
     const std::string name = plain_key(key);
     const bool split = name.starts_with("radial") || name.starts_with("tangential");
     if (taken == nullptr && std::ranges::any_of(kSplitNames, [&name](auto known) { return known == name; })) continue;
+    const bool of_calibrating = name.starts_with("num") || name.starts_with("estimate");  // MATLAB's
     const bool meant =
-        split || name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos;
+        (split || name.starts_with("dist") || name.ends_with("distortion") || name.find("coef") != name.npos) &&
+        !of_calibrating;
     if (meant && &value != taken && holds_numbers(value)) {
       fail_camera(
           path, fmt::format("'{}' seems to be its distortion: name it distortion_coefficients, k1 k2 p1 p2 [k3 [k4 k5 "

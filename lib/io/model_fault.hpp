@@ -6,10 +6,10 @@
 
 namespace holdfast::io {
 
-/// What to do about a file that is whole, but not as its format wants it.
+/// Advice on a file that is whole, but not as its format wants it.
 inline constexpr const char* kExportAnew = "export it anew";
 
-/// What to do about a word that is no number.
+/// Advice on a word that is no number.
 std::string advice_on_number(std::string_view word);
 
 /// Throws Error(file): the model cannot be read, for this reason, and what to do.

@@ -42,10 +42,11 @@ std::vector<std::string> material_names(const Mesh& mesh) {
   return names;
 }
 
-/// Where textures are laid over vertex colours, colours are written all the same: readers use what they know.
+/// A vertex of unknown colour, below a texture or not, has none; where textures are laid over the others', these are
+/// written all the same.
 std::string vertex_line(const Mesh& mesh, std::size_t i) {
   const Eigen::Vector3f& p = mesh.positions[i];
-  if (mesh.colors.empty()) {
+  if (mesh.colors.empty() || mesh.colors[i][3] == 0) {
     return fmt::format("v {:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
   }
   const auto& [r, g, b, a] = mesh.colors[i];
@@ -63,7 +64,7 @@ void save_model(const fs::path& path, const Mesh& mesh) {
         fmt::format("'{}' cannot be written: models are saved as OBJ, give a name ending in .obj", path.string()));
   }
   for (const auto& color : mesh.colors) {
-    if (color[3] != 255) {
+    if (color[3] != 255 && color[3] != 0) {
       throw Error(ErrorCode::invalid_argument,
                   fmt::format("'{}' cannot be written: OBJ cannot hold vertex colours with alpha, use "
                               "a texture to mark unseen surface",

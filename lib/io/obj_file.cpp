@@ -48,10 +48,14 @@ std::vector<fs::path> material_files(const fs::path& model, const std::string& l
 
 using Materials = std::map<std::string, NamedMaterial>;
 
-/// The material that a model names, with a comment behind the name or without; nullptr: there is none.
+/// The material that a model names; one of both names may have a comment behind it (3ds Max calls materials
+/// "Material #25"). nullptr: there is none.
 const NamedMaterial* find_material(const Materials& materials, const std::string& name) {
   auto found = materials.find(name);
   if (found == materials.end()) found = materials.find(std::string(without_comment(name)));
+  if (found == materials.end()) {
+    found = std::ranges::find_if(materials, [&](const auto& known) { return without_comment(known.first) == name; });
+  }
   return found == materials.end() ? nullptr : &found->second;
 }
 
@@ -72,9 +76,6 @@ Materials materials_of(const fs::path& model, const ObjText& text, std::vector<s
         materials.try_emplace(material.name, std::move(material));
       }
     }
-  }
-  for (const auto& [name, material] : Materials(materials)) {
-    materials.try_emplace(std::string(without_comment(name)), material);
   }
   if (text.libraries.empty() && !text.material_names.empty()) {
     remarks.push_back(

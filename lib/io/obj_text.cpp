@@ -40,7 +40,8 @@ class ObjParser {
       }
       parse_line(line);
     }
-    if (!blues_.empty() && weighted_ && !opaque_) take_weights_off();
+    const auto differs = [&](const auto& blue) { return blue.second != blues_.front().second; };
+    if (weighted_ && std::ranges::any_of(blues_, differs)) take_weights_off();  // alpha is mostly the same everywhere
     return std::move(read_);
   }
 
@@ -91,10 +92,9 @@ class ObjParser {
     if (count < 7) return;
     blues_.emplace_back(read_.colors.size() - 1, static_cast<float>(values_[6]));
     weighted_ = weighted_ && values_[3] == 1;
-    opaque_ = opaque_ && values_[6] == 1;
   }
 
-  /// Of vertices of seven numbers, where the fourth is a weight.
+  /// The colours of vertices of seven numbers, where the fourth is a weight.
   void take_weights_off() {
     for (const auto& [index, blue] : blues_) {
       Eigen::Array4f& color = read_.colors[index];
@@ -145,7 +145,7 @@ class ObjParser {
   std::map<std::string, std::size_t> materials_;
   std::size_t material_ = kNone;
   std::vector<std::pair<std::size_t, float>> blues_;  ///< the last of seven numbers, by position
-  bool weighted_ = true, opaque_ = true;              ///< the fourth, the last of seven is 1 everywhere
+  bool weighted_ = true;                              ///< the fourth of seven is 1 everywhere
   ObjText read_;
 };
 

@@ -23,7 +23,7 @@ struct ObjFace {
   bool textured = false;         ///< all corners have texture coordinates
 };
 
-/// What stands in an OBJ file.
+/// The contents of an OBJ file.
 struct ObjText {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Array4f> colors;  ///< empty, or one a position, as they stand there

@@ -113,7 +113,7 @@ class OffReader {
     return static_cast<std::size_t>(value);
   }
 
-  /// Of a vertex's line; empty where the file has none.
+  /// The colour in a vertex's line; empty where the file has none.
   std::span<const double> color_of_vertex(const Layout& layout, std::span<const double> values, std::size_t index) {
     const std::size_t colors_at = layout.normals ? 6 : 3;
     if (values.size() < colors_at + (layout.colors ? 3 : 0)) {
@@ -127,7 +127,7 @@ class OffReader {
     return values.subspan(colors_at, std::min<std::size_t>(left, 4));
   }
 
-  /// Of a face's line; empty where it has none.
+  /// The colour in a face's line; empty where it has none.
   std::span<const double> color_of_face(std::span<const double> values, std::size_t index) {
     if (!(values[0] >= 0 && values[0] < static_cast<double>(values.size()))) {
       fail(fmt::format("face {} has {} of its {} corners", index, values.size() - 1, values[0]));
@@ -139,17 +139,17 @@ class OffReader {
   /// Looks ahead for how colours stand in this file.
   void find_range(const Layout& layout, std::size_t vertices, std::size_t faces) {
     const std::string_view before = rest_;
-    const auto note = [this](std::span<const double> color) {
-      for (std::size_t i = 0; i < color.size(); ++i) range_.note(i, color[i]);
+    const auto note = [](std::span<const double> color, ColorRange& range) {
+      for (std::size_t i = 0; i < color.size(); ++i) range.note(i, color[i]);
     };
-    for (std::size_t i = 0; i < vertices; ++i) note(color_of_vertex(layout, next_numbers(), i));
-    for (std::size_t i = 0; i < faces; ++i) note(color_of_face(next_numbers(), i));
+    for (std::size_t i = 0; i < vertices; ++i) note(color_of_vertex(layout, next_numbers(), i), of_vertices_);
+    for (std::size_t i = 0; i < faces; ++i) note(color_of_face(next_numbers(), i), of_faces_);
     rest_ = before;
   }
 
-  Color color(std::span<const double> values) const {
+  static Color color(std::span<const double> values, const ColorRange& range) {
     Color color{0, 0, 0, 255};
-    for (std::size_t i = 0; i < values.size(); ++i) color[i] = color_byte(values[i], range_.full(i));
+    for (std::size_t i = 0; i < values.size(); ++i) color[i] = color_byte(values[i], range.full(i));
     return color;
   }
 
@@ -160,7 +160,7 @@ class OffReader {
     for (int axis = 0; axis < 3; ++axis) {
       vertex.position[axis] = static_cast<float>(values[static_cast<std::size_t>(axis)] * scale_);
     }
-    if (!own.empty()) vertex.color = color(own);
+    if (!own.empty()) vertex.color = color(own, of_vertices_);
     vertices_.push_back(vertex);
   }
 
@@ -177,7 +177,7 @@ class OffReader {
              kExportAnew);
       }
       polygon.push_back(vertices_[static_cast<std::size_t>(values[i])]);
-      if (!own.empty()) polygon.back().color = color(own);
+      if (!own.empty()) polygon.back().color = color(own, of_faces_);
       positions.push_back(polygon.back().position);
     }
     for (const auto& [a, b, c] : triangles_of_polygon(positions)) {
@@ -191,7 +191,7 @@ class OffReader {
   std::vector<std::string>& remarks_;
   std::string bytes_;
   std::string_view rest_;
-  ColorRange range_;
+  ColorRange of_vertices_, of_faces_;
   bool has_more_ = false;  ///< a vertex than it is to have
   std::vector<Vertex> vertices_;
 };

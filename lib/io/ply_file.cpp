@@ -82,7 +82,7 @@ Meaning meaning_of(const Property& property) {
   return Meaning::nothing;
 }
 
-/// Of a colour: red to alpha as 0 to 3.
+/// A channel of a colour: red to alpha as 0 to 3.
 std::size_t channel_of(Meaning meaning) {
   return static_cast<std::size_t>(meaning) - static_cast<std::size_t>(Meaning::red);
 }
@@ -92,8 +92,8 @@ bool has(const Element& element, Meaning meaning) {
                      [meaning](const Property& property) { return meaning_of(property) == meaning; });
 }
 
-/// How an element's colours are stored. Programs write any type, and full colour as 1, 255 or what the type can hold:
-/// where the type leaves that open, the largest value tells. `values`: a copy, read ahead.
+/// The way an element's colours are stored. Programs write any type, and full colour as 1, 255 or what the type can
+/// hold: where the type leaves that open, the largest value tells. `values`: a copy, read ahead.
 ColorRange range_of(PlyValues values, const Element& element) {
   const auto is_open = [](const Property& property) {
     return meaning_of(property) >= Meaning::red &&

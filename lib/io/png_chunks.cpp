@@ -7,7 +7,7 @@
 namespace holdfast::io {
 namespace {
 
-/// What a byte adds to the sum when so many bytes follow it: eight bytes are added at once, as frames are checked too.
+/// A byte's share of the sum when so many bytes follow it: eight bytes are added at once, as frames are checked too.
 using SumTables = std::array<std::array<std::uint32_t, 256>, 8>;
 
 constexpr SumTables sum_tables() {

@@ -85,7 +85,7 @@ class StlReader {
           assembly.add_triangle({Vertex{corners[a], {}, {}}, {corners[b], {}, {}}, {corners[c], {}, {}}}, 0);
         }
         in_facet = false;
-      } else if (word == "solid" || word == "endsolid") {
+      } else if (word == "solid" || word == "endsolid" || (word == "end" && lower_word(line) == "solid")) {
         in_solid = word == "solid";
       }
     }
@@ -122,8 +122,8 @@ class StlReader {
     return assembly.take();
   }
 
-  /// How the facets of a file say their colours, which STL does not: VisCAM's and SolidView's way, or that of Magics,
-  /// whose header has a colour of the whole part.
+  /// The way the facets of a file say their colours, which STL does not: VisCAM's and SolidView's way, or that of
+  /// Magics, whose header has a colour of the whole part.
   struct Looks {
     bool by_magics = false;    ///< red in the lowest bits, else blue
     std::uint32_t own = kBit;  ///< bit 15 of a facet with a colour of its own

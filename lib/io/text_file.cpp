@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMostStreamBytes = std::size_t{256} << 20;  // of a pipe or a device, which may have no end
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";       // Windows' editors begin UTF-8 with it
 
-/// What comes in place of files of every kind that were not fetched the way they are to be.
+/// The things that come in place of files of every kind that were not fetched the way they are to be.
 void refuse_stand_in(std::string_view content, const fs::path& path, const std::string& what) {
   if (content.starts_with("version https://git-lfs.github.com/spec/")) {
     throw Error(ErrorCode::file, fmt::format("{} '{}' is a pointer of Git LFS, not the file itself: fetch that with "

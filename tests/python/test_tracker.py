@@ -254,7 +254,7 @@ def test_the_interpreter_runs_while_a_tracker_works(tracker, frames):
 
 
 def fork(work):
-    """What `work` returns or raises in a forked process."""
+    """The result of `work` in a forked process, or its error."""
     context = multiprocessing.get_context("fork")
     answers = context.Queue()
 
