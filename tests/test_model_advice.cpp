@@ -52,6 +52,7 @@ TEST_CASE("A model that is whole, but of a kind that is not supported, is to be 
   CHECK(advice_on(folder.write("comma.off", "OFF\n3 1\n0 0 0\n0,5 0 0\n0 1 0\n3 0 1 2\n")) == "write " + points);
   CHECK(advice_on(folder.write("comma.stl", "solid\nfacet\nvertex 0,5 0 0\nendfacet\nendsolid\n")) ==
         "write " + points);
+  CHECK(advice_on(folder.write("comma.obj", "v 0,5 0 0\n")) == "write " + points);
   CHECK(advice_on(folder.write("comma.ply", "ply\nformat ascii 1.0\n" + vertex + "end_header\n0,5 0 0\n")) ==
         "write " + points);
   // Cut short.

@@ -27,7 +27,7 @@ struct GltfLook {
   std::optional<double> cutoff;                           ///< alpha from which on the surface is there, else it is not
   std::array<std::uint8_t, 4> color{255, 255, 255, 255};  ///< the factor alone, encoded
 
-  /// Which image, and what is made of it: looks of the same have the same texture.
+  /// The image, and all that is made of it: looks of the same have the same texture.
   std::string picture() const;
   /// Where a coordinate of the file lies in the texture, v upwards.
   Eigen::Vector2f place(float u, float v) const;

@@ -12,6 +12,7 @@
 
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "io/color_range.hpp"
 #include "io/material_file.hpp"
 #include "io/mesh_assembly.hpp"
 #include "io/named_file.hpp"
@@ -25,9 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Color = std::array<std::uint8_t, 4>;
-
-/// Colours of a file in which one is greater are numbers up to 255: shares of 1 are rounded up by less.
-constexpr float kMostShare = 2;
 
 /// The material files that a line after mtllib names: one whose name may have blanks, or several.
 std::vector<fs::path> material_files(const fs::path& model, const std::string& line) {
@@ -119,7 +117,7 @@ class ObjMesh {
           remarks.push_back(fmt::format("model '{}': {}", path.string(), *reason));
       }
     }
-    for (const Eigen::Array4f& color : text_.colors) most_ = std::max(most_, color.maxCoeff());
+    for (const Eigen::Array4f& color : text_.colors) range_.note(0, color.head<3>().maxCoeff());
     // One colour all over shows nothing that the outline does not; beside a texture it may be what exporters write for
     // surface that they know nothing of.
     if (textured) looks.erase(std::nullopt);
@@ -210,22 +208,19 @@ class ObjMesh {
       vertex.color = *color;
     } else if (corner.position < text_.colors.size()) {
       const Eigen::Array4f& stored = text_.colors[corner.position];
-      const float whole = most_ > kMostShare ? 1 : 255;
-      for (Eigen::Index i = 0; i < 3; ++i) vertex.color[static_cast<std::size_t>(i)] = to_byte(stored[i] * whole);
-      vertex.color[3] = to_byte(stored[3] * 255);
+      for (std::size_t i = 0; i < 3; ++i) {
+        vertex.color[i] = color_byte(stored[static_cast<Eigen::Index>(i)], range_.full(i));
+      }
+      vertex.color[3] = color_byte(stored[3], 1);
     }
     return vertex;
-  }
-
-  static std::uint8_t to_byte(float value) {
-    return static_cast<std::uint8_t>(std::lround(std::isfinite(value) ? std::clamp(value, 0.0F, 255.0F) : 0.0F));
   }
 
   const fs::path& path_;
   const ObjText& text_;
   Materials materials_;
   bool by_material_ = false;  ///< colours are those of materials
-  float most_ = 0;            ///< of the file's colours of vertices
+  ColorRange range_;          ///< of the file's colours of vertices
   std::optional<MeshAssembly> assembly_;
   std::map<std::pair<std::size_t, bool>, std::uint32_t> made_;  ///< name's index, textured -> the mesh's
 };

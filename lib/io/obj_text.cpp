@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "holdfast/error.hpp"
+#include "io/model_fault.hpp"
 #include "io/numbers.hpp"
 #include "io/text_file.hpp"
 
@@ -46,9 +46,9 @@ class ObjParser {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw Error(ErrorCode::file, fmt::format("model '{}' cannot be read (line {}: {}): is the file complete?",
-                                             path_.string(), line_, reason));
+  template <class... Advice>
+  [[noreturn]] void fail(const std::string& reason, const Advice&... advice) const {
+    fail_model(path_, fmt::format("line {}: {}", line_, reason), advice...);
   }
 
   void parse_line(std::string_view line) {
@@ -72,7 +72,7 @@ class ObjParser {
     std::size_t count = 0;
     for (std::string_view word = next_word(line); !word.empty() && count < most; word = next_word(line)) {
       const std::optional<double> number = parse_number(word);
-      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)));
+      if (!number) fail(fmt::format("'{}' is not a number", word.substr(0, 20)), advice_on_number(word));
       values_[count++] = *number;
     }
     return count;
