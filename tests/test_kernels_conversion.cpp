@@ -47,6 +47,8 @@ std::array<double, 3> rgb_at(const Frame& frame, int x, int y) {
       return {byte(row, 3 * x) / 255, byte(row, 3 * x + 1) / 255, byte(row, 3 * x + 2) / 255};
     case PixelFormat::rgba8:
       return {byte(row, 4 * x) / 255, byte(row, 4 * x + 1) / 255, byte(row, 4 * x + 2) / 255};
+    case PixelFormat::bgra8:
+      return {byte(row, 4 * x + 2) / 255, byte(row, 4 * x + 1) / 255, byte(row, 4 * x) / 255};
     case PixelFormat::grey8:
       return {byte(row, x) / 255, 0, 0};
     case PixelFormat::nv12: {
@@ -99,8 +101,8 @@ std::vector<float> converted(const Device::Impl& device, const char* kernel_name
 }
 
 void check_conversion(const Device::Impl& device, Size size) {
-  const std::array<const char*, 6> names{"convert_bgr8",  "convert_rgb8", "convert_rgba8",
-                                         "convert_grey8", "convert_nv12", "convert_yuyv"};
+  const std::array<const char*, 7> names{"convert_bgr8", "convert_rgb8", "convert_rgba8", "convert_grey8",
+                                         "convert_nv12", "convert_yuyv", "convert_bgra8"};
   const Level level = level_of(size);
   Camera camera = level.camera;
   camera.distortion = {-0.2, 0.05, 0.002, -0.001, 0.01, 0.01, -0.02, 0.003};

@@ -44,7 +44,8 @@ typedef enum holdfast_format {
   HOLDFAST_RGBA8 = 2, /**< 4 bytes a pixel, alpha ignored */
   HOLDFAST_GREY8 = 3, /**< 1 byte a pixel */
   HOLDFAST_NV12 = 4,  /**< a plane of Y, then one of U and V at half the size */
-  HOLDFAST_YUYV = 5   /**< 2 bytes a pixel */
+  HOLDFAST_YUYV = 5,  /**< 2 bytes a pixel */
+  HOLDFAST_BGRA8 = 6  /**< 4 bytes a pixel, alpha ignored */
 } holdfast_format;
 
 /** What became of a pixel: values of holdfast_tracker_mask(). */

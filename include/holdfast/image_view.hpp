@@ -20,7 +20,8 @@ enum class PixelFormat {
   /// (BT.601, limited range; each pair the mean of its 2x2 pixels. Pairs taken at the left two of them, as most video
   /// has them, shift colour by half a pixel and the pose with it, by more than its covariance says).
   nv12,
-  yuyv,  ///< 2 bytes a pixel: Y0 U Y1 V (BT.601, limited range)
+  yuyv,   ///< 2 bytes a pixel: Y0 U Y1 V (BT.601, limited range)
+  bgra8,  ///< 4 bytes a pixel, alpha ignored
 };
 
 /// A frame in host memory; not owned, read only during the call it is passed to.

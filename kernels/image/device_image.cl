@@ -16,6 +16,11 @@ float3 fetch_rgba8(__global const uchar* frame, hf_frame f, int x, int y) {
   return (float3)(p[0], p[1], p[2]);
 }
 
+float3 fetch_bgra8(__global const uchar* frame, hf_frame f, int x, int y) {
+  __global const uchar* p = frame + f.offset + y * f.stride + 4 * x;
+  return (float3)(p[2], p[1], p[0]);
+}
+
 float3 fetch_grey8(__global const uchar* frame, hf_frame f, int x, int y) {
   return (float3)(frame[f.offset + y * f.stride + x], 0.0f, 0.0f);
 }
@@ -63,6 +68,7 @@ INLINE int one_by_one(__global const uchar* frame, hf_frame f, int x, int y, int
 #define BGR8_PIXELS(p) LOAD_BYTES(p).s210054308760ba90
 #define RGB8_PIXELS(p) LOAD_BYTES(p).s0120345067809ab0
 #define RGBA8_PIXELS(p) LOAD_BYTES(p)
+#define BGRA8_PIXELS(p) LOAD_BYTES(p).s21036547a98bedcf
 #define PACKED_PIXELS(NAME, FOUR, BYTES, ENOUGH)                                                           \
   INLINE int NAME(__global const uchar* frame, hf_frame f, int x, int y, int end, __global float* out) {   \
     __global const uchar* p = frame + f.offset + y * f.stride;                                             \
@@ -79,10 +85,12 @@ INLINE int one_by_one(__global const uchar* frame, hf_frame f, int x, int y, int
 PACKED_PIXELS(bgr8_pixels, BGR8_PIXELS, 3, 6)
 PACKED_PIXELS(rgb8_pixels, RGB8_PIXELS, 3, 6)
 PACKED_PIXELS(rgba8_pixels, RGBA8_PIXELS, 4, 4)
+PACKED_PIXELS(bgra8_pixels, BGRA8_PIXELS, 4, 4)
 #else
 #define bgr8_pixels one_by_one
 #define rgb8_pixels one_by_one
 #define rgba8_pixels one_by_one
+#define bgra8_pixels one_by_one
 #endif
 /* A kernel a format. `rect` of level 0 is written; pixels outside the frame become empty (all zero). */
 #define CONVERT_KERNEL(NAME, FETCH, FETCH_PIXELS)                                                                    \
@@ -121,3 +129,4 @@ CONVERT_KERNEL(convert_rgba8, fetch_rgba8, rgba8_pixels)
 CONVERT_KERNEL(convert_grey8, fetch_grey8, one_by_one)
 CONVERT_KERNEL(convert_nv12, fetch_nv12, one_by_one)
 CONVERT_KERNEL(convert_yuyv, fetch_yuyv, one_by_one)
+CONVERT_KERNEL(convert_bgra8, fetch_bgra8, bgra8_pixels)

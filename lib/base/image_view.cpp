@@ -9,6 +9,7 @@ std::size_t packed_stride(PixelFormat format, int width) {
     case PixelFormat::rgb8:
       return columns * 3;
     case PixelFormat::rgba8:
+    case PixelFormat::bgra8:
       return columns * 4;
     case PixelFormat::yuyv:
       return (columns + 1) / 2 * 4;  // two pixels share a chroma sample: rows hold whole pairs

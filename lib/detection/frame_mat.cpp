@@ -29,6 +29,9 @@ cv::Mat grey_of(const ImageView& frame) {
     case PixelFormat::rgba8:
       cv::cvtColor(bytes_of(frame, 4), grey, cv::COLOR_RGBA2GRAY);
       break;
+    case PixelFormat::bgra8:
+      cv::cvtColor(bytes_of(frame, 4), grey, cv::COLOR_BGRA2GRAY);
+      break;
     case PixelFormat::grey8:
     case PixelFormat::nv12:
       grey = bytes_of(frame, 1);
@@ -45,9 +48,10 @@ cv::Mat channels_of(const ImageView& frame) {
     case PixelFormat::bgr8:
     case PixelFormat::rgb8:
       return bytes_of(frame, 3);
-    case PixelFormat::rgba8: {
+    case PixelFormat::rgba8:
+    case PixelFormat::bgra8: {
       cv::Mat colors;
-      cv::cvtColor(bytes_of(frame, 4), colors, cv::COLOR_RGBA2RGB);
+      cv::cvtColor(bytes_of(frame, 4), colors, cv::COLOR_RGBA2RGB);  // drops alpha, in either order
       return colors;
     }
     default:

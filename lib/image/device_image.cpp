@@ -23,7 +23,7 @@ std::size_t check_frame(const View& frame, const Camera& camera) {
            "; use the matching calibration, or rescale it (Camera::rescaled)");
   }
   const int format = static_cast<int>(frame.format);
-  if (format < 0 || format > static_cast<int>(PixelFormat::yuyv)) {
+  if (format < 0 || format > static_cast<int>(PixelFormat::bgra8)) {
     refuse("the frame's format, " + std::to_string(format) + ", is none of PixelFormat's");
   }
   const bool nv12 = frame.format == PixelFormat::nv12;
@@ -56,8 +56,8 @@ DeviceImage::DeviceImage(const Device::Impl& device, const Camera& camera, const
   }
   staging_ = device.zeroed_buffer(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 4 +
                                   kGuardFloats);
-  const std::array<const char*, 6> names{"convert_bgr8",  "convert_rgb8", "convert_rgba8",
-                                         "convert_grey8", "convert_nv12", "convert_yuyv"};
+  const std::array<const char*, 7> names{"convert_bgr8", "convert_rgb8", "convert_rgba8", "convert_grey8",
+                                         "convert_nv12", "convert_yuyv", "convert_bgra8"};
   for (std::size_t i = 0; i < names.size(); ++i) convert_[i] = device.kernel(names[i]);
 }
 

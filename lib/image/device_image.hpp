@@ -68,7 +68,7 @@ class DeviceImage {
   std::vector<LevelBuffers> levels_buffers_;
   cl::Buffer staging_;
   cl::Event uploaded_;
-  std::array<cl::Kernel, 6> convert_;
+  std::array<cl::Kernel, 7> convert_;
   Rect region_;
   cl::Buffer bytes_;  ///< of the frame, as it came
   kernel::hf_frame frame_{};

@@ -299,3 +299,12 @@ def test_a_video_that_ends_early_is_warned_of(program, box, simulation, tmp_path
     with pytest.warns(UserWarning, match="cut.avi.*cut short"):
         frames = list(holdfast.Video(tmp_path / "cut.avi"))
     assert 0 < len(frames) < len(simulation)
+
+
+def test_bgra_frames_are_those_of_bgr(tracker, simulation, frames):
+    start, frame = simulation.poses[0], frames[1]
+    bgra = np.dstack([frame, np.zeros(frame.shape[:2], np.uint8)])
+    expected = pose_of(tracker, start, frame)
+    assert distance(pose_of(tracker, start, bgra, format=holdfast.PixelFormat.bgra8), expected) < 1e-6
+    assert distance(pose_of(tracker, start, padded(bgra), format=holdfast.PixelFormat.bgra8), expected) < 1e-6
+    tracker.find(bgra, format=holdfast.PixelFormat.bgra8)

@@ -102,6 +102,8 @@ PixelFormat format_of(holdfast_format format) {
       return PixelFormat::nv12;
     case HOLDFAST_YUYV:
       return PixelFormat::yuyv;
+    case HOLDFAST_BGRA8:
+      return PixelFormat::bgra8;
   }
   refuse("the frame's format is none of holdfast_format");
 }

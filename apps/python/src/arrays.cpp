@@ -16,6 +16,7 @@ int channels_of(PixelFormat format) {
     case PixelFormat::rgb8:
       return 3;
     case PixelFormat::rgba8:
+    case PixelFormat::bgra8:
       return 4;
     case PixelFormat::yuyv:
       return 2;

@@ -41,7 +41,8 @@ void bind_enums(nb::module_& module) {
       .value("rgba8", PixelFormat::rgba8, "HxWx4, alpha ignored.")
       .value("grey8", PixelFormat::grey8, "HxW.")
       .value("nv12", PixelFormat::nv12, "(3/2 H)xW: Y, then U and V interleaved at half the size.")
-      .value("yuyv", PixelFormat::yuyv, "HxWx2.");
+      .value("yuyv", PixelFormat::yuyv, "HxWx2.")
+      .value("bgra8", PixelFormat::bgra8, "HxWx4, alpha ignored: OpenCV's order, and that of most screen grabbers.");
   nb::enum_<Status>(module, "Status", "Whether the object is followed.")
       .value("held", Status::held, "The pose is found in this frame.")
       .value("lost", Status::lost, "The pose is a guess; the next frames look for the object.");

@@ -197,8 +197,10 @@ void bind_tracker(nb::module_& module) {
                    "PixelFormat | None = None) -> FrameResult"),
            "Finds the object in the next frame.\n\n"
            "frame: uint8 of the camera's size: HxWx3 (BGR, as OpenCV has it), HxWx4 (RGBA) or HxW (grey). Rows may be "
-           "apart (a view of a larger picture); the frame is not copied. format: where it is another one, for example "
-           "PixelFormat.rgb8.\n"
+           "apart (a view of a larger picture); the frame is not copied. format: where it is another one: "
+           "PixelFormat.rgb8 "
+           "of Pillow and imageio (frame[..., ::-1] is not needed), bgra8 of OpenCV's frames with alpha. A wrong order "
+           "is not noticed.\n"
            "time: seconds, of the frame, later than the one before; None: frames come evenly. After a reset all frames "
            "have a time, or none has.\n\n"
            "Raises TypeError or ValueError for an array of another kind or shape, Error(invalid_argument) before the "
