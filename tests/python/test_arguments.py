@@ -301,6 +301,29 @@ def test_a_video_that_ends_early_is_warned_of(program, box, simulation, tmp_path
     assert 0 < len(frames) < len(simulation)
 
 
+def test_fisheye_cameras_of_arrays(tmp_path):
+    k, d = np.array([[280.0, 0, 320], [0, 281, 240], [0, 0, 1]]), np.array([[0.1], [-0.02], [0.003], [-0.0004]])
+    camera = holdfast.Camera.from_matrix(k, 640, 480, d, lens="fisheye")  # as cv2.fisheye.calibrate returns them
+    assert camera == holdfast.Camera(280, 281, 320, 240, 640, 480, d, lens="fisheye")
+    assert camera.lens == "fisheye" and repr(camera).endswith("lens='fisheye')")
+    np.testing.assert_array_equal(camera.distortion, d.ravel())
+    point = np.array([[0.5, -0.3, 1.0]])
+    r = np.hypot(0.5, 0.3)
+    angle = np.arctan(r)
+    bent = angle * (1 + 0.1 * angle**2 - 0.02 * angle**4 + 0.003 * angle**6 - 0.0004 * angle**8) / r
+    np.testing.assert_allclose(camera.project(point)[0], [280 * 0.5 * bent + 320, -281 * 0.3 * bent + 240], rtol=1e-9)
+    camera.save(tmp_path / "fisheye.yml")
+    assert holdfast.Camera.load(tmp_path / "fisheye.yml") == camera
+    assert holdfast.Camera.from_matrix(k, 640, 480, lens="fisheye").lens == "fisheye"
+    assert holdfast.Camera.from_matrix(k, 640, 480).lens == "polynomial"
+    with pytest.raises(ValueError, match="distortion: 5 coefficients; a fisheye lens has 4"):
+        holdfast.Camera.from_matrix(k, 640, 480, np.zeros(5), lens="fisheye")
+    with pytest.raises(ValueError, match="lens: expected polynomial or fisheye, got 'equidistant'"):
+        holdfast.Camera.from_matrix(k, 640, 480, d, lens="equidistant")
+    with pytest.raises(ValueError, match="skew of 1.*CALIB_FIX_SKEW"):
+        holdfast.Camera.from_matrix(k + [[0, 1, 0], [0, 0, 0], [0, 0, 0]], 640, 480, d, lens="fisheye")
+
+
 def test_bgra_frames_are_those_of_bgr(tracker, simulation, frames):
     start, frame = simulation.poses[0], frames[1]
     bgra = np.dstack([frame, np.zeros(frame.shape[:2], np.uint8)])

@@ -23,12 +23,22 @@ namespace {
 
 using Distortion = decltype(Camera::distortion);
 
-/// OpenCV's coefficients in any shape: 0, 4, 5 or 8 of them, further ones zero.
-Distortion distortion_argument(nb::handle value) {
+LensModel lens_argument(const std::string& name) {
+  if (name == "polynomial") return LensModel::polynomial;
+  if (name == "fisheye") return LensModel::fisheye;
+  throw nb::value_error(("lens: expected polynomial or fisheye, got '" + name + "'").c_str());
+}
+
+/// OpenCV's coefficients in any shape: 0, 4, 5 or 8 of them, further ones zero; 0 or 4 of a fisheye lens.
+Distortion distortion_argument(nb::handle value, LensModel lens) {
   Distortion distortion{};
   if (value.is_none()) return distortion;
   const nb::object flat = nb::module_::import_("numpy").attr("reshape")(value, nb::make_tuple(1, -1));
   const std::vector<double> given = numbers_argument(flat, "distortion", 1, -1);
+  if (lens == LensModel::fisheye && !given.empty() && given.size() != 4) {
+    throw nb::value_error(
+        fmt::format("distortion: {} coefficients; a fisheye lens has 4: k1 k2 k3 k4", given.size()).c_str());
+  }
   constexpr std::array<std::size_t, 6> counts{0, 4, 5, 8, 12, 14};
   if (std::ranges::find(counts, given.size()) == counts.end()) {
     throw nb::value_error(("distortion: " + std::to_string(given.size()) +
@@ -50,16 +60,18 @@ Camera checked(const Camera& camera) {
   return camera;
 }
 
-Camera from_matrix(nb::object matrix, int width, int height, nb::object distortion) {
+Camera from_matrix(nb::object matrix, int width, int height, nb::object distortion, const std::string& lens_name) {
+  const LensModel lens = lens_argument(lens_name);
   const std::vector<double> k = numbers_argument(matrix, "matrix", 3, 3);
   if (k[1] != 0) {
-    throw nb::value_error(
-        fmt::format("matrix: has a skew of {}; only cameras without skew are supported", k[1]).c_str());
+    throw nb::value_error(fmt::format("matrix: has a skew of {}; only cameras without skew are supported{}", k[1],
+                                      lens == LensModel::fisheye ? ": calibrate with cv2.fisheye.CALIB_FIX_SKEW" : "")
+                              .c_str());
   }
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1) {
     throw nb::value_error("matrix: expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] (is it transposed, or scaled?)");
   }
-  return checked({width, height, k[0], k[4], k[2], k[5], distortion_argument(distortion)});
+  return checked({width, height, k[0], k[4], k[2], k[5], distortion_argument(distortion, lens), lens});
 }
 
 Camera load(const std::filesystem::path& path, std::optional<int> width, std::optional<int> height, bool rescale) {
@@ -114,7 +126,8 @@ std::string text_of(const Camera& camera) {
   std::ostringstream text;
   text << "Camera(fx=" << camera.fx << ", fy=" << camera.fy << ", cx=" << camera.cx << ", cy=" << camera.cy
        << ", width=" << camera.width << ", height=" << camera.height
-       << (camera.has_distortion() ? ", distortion=...)" : ")");
+       << (camera.has_distortion() ? ", distortion=..." : "")
+       << (camera.lens == LensModel::fisheye ? ", lens='fisheye')" : ")");
   return text.str();
 }
 
@@ -122,25 +135,28 @@ std::string text_of(const Camera& camera) {
 
 void bind_camera(nb::module_& module) {
   nb::class_<Camera>(
-      module, "Camera",
-      "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
+      module, "Camera", "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
       "centres are at integers.")
       .def(
           "__init__",
-          [](Camera* self, double fx, double fy, double cx, double cy, int width, int height, nb::object distortion) {
-            new (self) Camera(checked({width, height, fx, fy, cx, cy, distortion_argument(distortion)}));
+          [](Camera* self, double fx, double fy, double cx, double cy, int width, int height, nb::object distortion,
+             const std::string& lens_name) {
+            const LensModel lens = lens_argument(lens_name);
+            new (self) Camera(checked({width, height, fx, fy, cx, cy, distortion_argument(distortion, lens), lens}));
           },
           nb::arg("fx"), nb::arg("fy"), nb::arg("cx"), nb::arg("cy"), nb::arg("width"), nb::arg("height"),
-          nb::arg("distortion") = nb::none(),
+          nb::arg("distortion") = nb::none(), nb::arg("lens") = "polynomial",
           nb::sig("def __init__(self, fx: float, fy: float, cx: float, cy: float, width: int, height: int, distortion: "
-                  "numpy.typing.ArrayLike | None = None) -> None"),
+                  "numpy.typing.ArrayLike | None = None, lens: str = 'polynomial') -> None"),
           "Focal lengths, principal point and size in pixels. `distortion`: OpenCV's k1 k2 p1 p2 k3 k4 k5 k6, or the "
-          "first 4 or 5 of them, in any shape.")
+          "first 4 or 5 of them, in any shape. lens: 'fisheye' where they are k1 k2 k3 k4 of cv2.fisheye, which ROS "
+          "and Kalibr call equidistant.")
       .def_static("from_matrix", &from_matrix, nb::arg("matrix"), nb::arg("width"), nb::arg("height"),
-                  nb::arg("distortion") = nb::none(),
+                  nb::arg("distortion") = nb::none(), nb::arg("lens") = "polynomial",
                   nb::sig("def from_matrix(matrix: numpy.typing.ArrayLike, width: int, height: int, distortion: "
-                          "numpy.typing.ArrayLike | None = None) -> Camera"),
-                  "A camera of a 3x3 matrix and distortion as cv2.calibrateCamera returns them.")
+                          "numpy.typing.ArrayLike | None = None, lens: str = 'polynomial') -> Camera"),
+                  "A camera of a 3x3 matrix and distortion as cv2.calibrateCamera returns them, or, with "
+                  "lens='fisheye', cv2.fisheye.calibrate.")
       .def_static(
           "load", &load, nb::arg("path"), nb::arg("width") = nb::none(), nb::arg("height") = nb::none(),
           nb::arg("rescale") = false,
@@ -158,10 +174,14 @@ void bind_camera(nb::module_& module) {
       .def_prop_ro(
           "distortion",
           [](const Camera& camera) {
-            return owned_array<Numpy<double, nb::shape<8>>>(
-                std::vector<double>(camera.distortion.begin(), camera.distortion.end()), {8});
+            const std::size_t count = camera.lens == LensModel::fisheye ? 4 : 8;
+            return owned_array<Numpy<double, nb::shape<-1>>>(
+                std::vector<double>(camera.distortion.begin(), camera.distortion.begin() + count), {count});
           },
-          "OpenCV's k1 k2 p1 p2 k3 k4 k5 k6.", kNewArray)
+          "OpenCV's k1 k2 p1 p2 k3 k4 k5 k6; k1 k2 k3 k4 of a fisheye lens.", kNewArray)
+      .def_prop_ro(
+          "lens", [](const Camera& camera) { return camera.lens == LensModel::fisheye ? "fisheye" : "polynomial"; },
+          "'polynomial' or 'fisheye': the model of the distortion.")
       .def_prop_ro("matrix", &matrix_of, "The 3x3 camera matrix.", kNewArray)
       .def("rescaled", &Camera::rescaled, nb::arg("width"), nb::arg("height"),
            "The same camera for frames of another size.")
