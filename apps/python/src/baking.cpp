@@ -10,6 +10,7 @@
 #include "fields.hpp"
 #include "one_process.hpp"
 #include "tracker.hpp"
+#include "values.hpp"
 
 /// The tables of what can be chosen of baking.
 namespace holdfast::baking {
@@ -94,7 +95,9 @@ bool add_frame(TextureBaker& self, nb::object frame, nb::object pose) {
 }  // namespace
 
 void bind_baking(nb::module_& module) {
-  nb::class_<TextureBaker>(module, "TextureBaker", "Makes a mesh's texture from frames with known poses.")
+  nb::class_<TextureBaker> baker_class(module, "TextureBaker", "Makes a mesh's texture from frames with known poses.");
+  make_unique_here(baker_class);
+  baker_class
       .def("__init__", &construct_baker, nb::arg("mesh"), nb::arg("camera"), nb::arg("T_camera_object"),
            nb::arg("options"),
            nb::sig("def __init__(self, mesh: Mesh, camera: Camera, T_camera_object: numpy.typing.ArrayLike, **options: "
@@ -112,9 +115,11 @@ void bind_baking(nb::module_& module) {
       .def_prop_ro("coverage", &TextureBaker::coverage, "Share of the surface's area that is known.")
       .def_prop_ro("mesh", &TextureBaker::model, "The mesh with the texture as it is now.");
 
-  nb::class_<ModelCompletion>(module, "ModelCompletion",
-                              "A model that gains texture while it is tracked. Make a Tracker of its mesh, and call "
-                              "update() after each frame.")
+  nb::class_<ModelCompletion> completion_class(
+      module, "ModelCompletion", "A model that gains texture while it is tracked. Make a Tracker of its mesh, and call "
+      "update() after each frame.");
+  make_unique_here(completion_class);
+  completion_class
       .def("__init__", &construct_completion, nb::arg("mesh"), nb::arg("camera"), nb::arg("first_frame"),
            nb::arg("T_camera_object"), nb::arg("options"),
            nb::sig("def __init__(self, mesh: Mesh, camera: Camera, first_frame: numpy.typing.NDArray[numpy.uint8], "

@@ -17,6 +17,7 @@
 #include "common_options.hpp"
 #include "holdfast/error.hpp"
 #include "holdfast/io.hpp"
+#include "values.hpp"
 
 namespace holdfast::python {
 namespace {
@@ -134,9 +135,12 @@ std::string text_of(const Camera& camera) {
 }  // namespace
 
 void bind_camera(nb::module_& module) {
-  nb::class_<Camera>(
+  nb::class_<Camera> camera_class(
       module, "Camera", "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
-      "centres are at integers.")
+      "centres are at integers.");
+  make_value(camera_class, &Camera::width, &Camera::height, &Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy,
+             &Camera::distortion, &Camera::lens);
+  camera_class
       .def(
           "__init__",
           [](Camera* self, double fx, double fy, double cx, double cy, int width, int height, nb::object distortion,

@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "one_process.hpp"
+#include "values.hpp"
 
 namespace holdfast::python {
 
@@ -22,8 +23,8 @@ void bind_device(nb::module_& module) {
       .value("automatic", RendererChoice::automatic, "OSMesa, else EGL.")
       .value("osmesa", RendererChoice::osmesa)
       .value("egl", RendererChoice::egl);
-  nb::class_<DeviceInfo>(module, "DeviceInfo", "What an OpenCL device is.")
-      .def_ro("platform", &DeviceInfo::platform)
+  nb::class_<DeviceInfo> info_class(module, "DeviceInfo", "What an OpenCL device is.");
+  info_class.def_ro("platform", &DeviceInfo::platform)
       .def_ro("name", &DeviceInfo::name)
       .def_ro("version", &DeviceInfo::version, "OpenCL version.")
       .def_ro("driver", &DeviceInfo::driver)
@@ -37,9 +38,13 @@ void bind_device(nb::module_& module) {
         return "<DeviceInfo " + std::to_string(info.platform_index) + ":" + std::to_string(info.device_index) + " " +
                info.name + (info.usable ? ">" : ", not usable>");
       });
-  nb::class_<Device>(module, "Device",
-                     "An OpenCL device with Holdfast's kernels. Trackers that are given the same one share its queue; "
-                     "trackers in different threads are faster with one each.")
+  make_value(info_class, &DeviceInfo::platform, &DeviceInfo::platform_version, &DeviceInfo::name, &DeviceInfo::version,
+             &DeviceInfo::driver, &DeviceInfo::type, &DeviceInfo::compute_units, &DeviceInfo::platform_index,
+             &DeviceInfo::device_index, &DeviceInfo::usable, &DeviceInfo::reason);
+  nb::class_<Device> device_class(
+      module, "Device", "An OpenCL device with Holdfast's kernels. Trackers that are given the same one share its queue; "
+      "trackers in different threads are faster with one each.");
+  device_class
       .def(
           "__init__",
           [](Device* self, const std::string& device, Partition partition, const std::filesystem::path& cache_folder,
@@ -54,6 +59,7 @@ void bind_device(nb::module_& module) {
           "CPU. "
           "cache_folder: of compiled kernels; '': HOLDFAST_CACHE_DIR, else ~/.cache/holdfast.")
       .def_prop_ro("info", &Device::info, nb::rv_policy::copy);
+  make_unique_here(device_class);
   module.def(
       "devices",
       [] {

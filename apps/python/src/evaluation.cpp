@@ -17,6 +17,13 @@
 #include "evaluation/sequence.hpp"
 #include "init/pose_from_points.hpp"
 #include "tracker.hpp"
+#include "values.hpp"
+
+namespace holdfast::evaluation {
+
+inline auto fields_of(const PoseError* /*error*/) { return std::tuple(&PoseError::translation, &PoseError::rotation); }
+
+}  // namespace holdfast::evaluation
 
 namespace holdfast::python {
 namespace {
@@ -101,7 +108,10 @@ PoseOfPoints pose_from_points(nb::object points, nb::object pixels, const std::o
 }
 
 void bind_first_pose(nb::module_& module) {
-  nb::class_<PoseOfPoints>(module, "PoseFromPoints", "A pose that points and their pixels tell.")
+  nb::class_<PoseOfPoints> found_class(module, "PoseFromPoints", "A pose that points and their pixels tell.");
+  make_value(found_class, &PoseOfPoints::T_camera_object, &PoseOfPoints::camera, &PoseOfPoints::rms,
+             &PoseOfPoints::warnings);
+  found_class
       .def_prop_ro(
           "T_camera_object", [](const PoseOfPoints& found) { return pose_array(found.T_camera_object); },
           "4x4, object to camera, metres.", kNewArray)
@@ -126,8 +136,11 @@ void bind_first_pose(nb::module_& module) {
 
 void bind_evaluation(nb::module_& module) {
   bind_first_pose(module);
-  nb::class_<FrameRecord>(module, "FrameRecord", "One frame of an evaluation.")
-      .def_ro("frame", &FrameRecord::frame, "Number of the frame.")
+  nb::class_<FrameRecord> record_class(module, "FrameRecord", "One frame of an evaluation.");
+  make_value(record_class, &FrameRecord::frame, &FrameRecord::step, &FrameRecord::offset,
+             &FrameRecord::T_camera_object_true, &FrameRecord::result, &FrameRecord::error, &FrameRecord::visible,
+             &FrameRecord::counted, &FrameRecord::failed);
+  record_class.def_ro("frame", &FrameRecord::frame, "Number of the frame.")
       .def_ro("result", &FrameRecord::result, "What the tracker said.")
       .def_prop_ro(
           "T_camera_object_true", [](const FrameRecord& record) { return pose_array(record.T_camera_object_true); },
@@ -158,8 +171,12 @@ void bind_evaluation(nb::module_& module) {
              "Distance of the origins in metres, and angle between the rotations in radians.");
 
   using Recorded = evaluation::Sequence;
-  nb::class_<Recorded>(module, "RecordedSequence", "A recorded sequence with ground truth: files of a folder.")
-      .def_ro("name", &Recorded::name, "The folder's name.")
+  nb::class_<Recorded> sequence_class(module, "RecordedSequence",
+                                      "A recorded sequence with ground truth: files of a folder.");
+  make_value(sequence_class, &Recorded::name, &Recorded::folder, &Recorded::frames, &Recorded::truth,
+             &Recorded::occluder_masks, &Recorded::tables, &Recorded::visible, &Recorded::camera, &Recorded::model,
+             &Recorded::model_scale);
+  sequence_class.def_ro("name", &Recorded::name, "The folder's name.")
       .def_ro("frames", &Recorded::frames, "Image files in order.")
       .def_prop_ro(
           "poses", [](const Recorded& sequence) { return poses_array(sequence.truth); }, "True poses, Nx4x4.",

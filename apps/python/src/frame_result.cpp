@@ -7,6 +7,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "holdfast/tracker.hpp"
+#include "values.hpp"
 
 namespace holdfast::python {
 namespace {
@@ -70,8 +71,12 @@ void bind_enums(nb::module_& module) {
 }
 
 void bind_evidence(nb::module_& module) {
-  nb::class_<TextureEvidence>(module, "TextureEvidence", "What the texture said of the pose.")
-      .def_ro("asked", &TextureEvidence::asked, "It was compared on the finest level.")
+  nb::class_<TextureEvidence> texture_class(module, "TextureEvidence", "What the texture said of the pose.");
+  make_value(texture_class, &TextureEvidence::asked, &TextureEvidence::holds, &TextureEvidence::visible_pixels,
+             &TextureEvidence::usable_pixels, &TextureEvidence::gradient_pixels, &TextureEvidence::passed_pixels,
+             &TextureEvidence::used_pixels, &TextureEvidence::rows, &TextureEvidence::residual,
+             &TextureEvidence::correlation);
+  texture_class.def_ro("asked", &TextureEvidence::asked, "It was compared on the finest level.")
       .def_ro("holds", &TextureEvidence::holds, "It would be enough alone to hold the object.")
       .def_ro("visible_pixels", &TextureEvidence::visible_pixels, "Of the rendered object inside the frame.")
       .def_ro("usable_pixels", &TextureEvidence::usable_pixels,
@@ -90,8 +95,11 @@ void bind_evidence(nb::module_& module) {
             fmt::format("{}: {} of {} gradient pixels used, residual {:.3f}, correlation {:.3f}", held_by(e.holds),
                         e.used_pixels, e.gradient_pixels, e.residual, e.correlation));
       });
-  nb::class_<ContourEvidence>(module, "ContourEvidence", "What the contour said of the pose.")
-      .def_ro("asked", &ContourEvidence::asked, "It was compared on the finest level.")
+  nb::class_<ContourEvidence> contour_class(module, "ContourEvidence", "What the contour said of the pose.");
+  make_value(contour_class, &ContourEvidence::asked, &ContourEvidence::holds, &ContourEvidence::visible_pixels,
+             &ContourEvidence::lines, &ContourEvidence::telling_lines, &ContourEvidence::near_lines,
+             &ContourEvidence::agreement, &ContourEvidence::residual);
+  contour_class.def_ro("asked", &ContourEvidence::asked, "It was compared on the finest level.")
       .def_ro("holds", &ContourEvidence::holds, "It would be enough alone to hold the object.")
       .def_ro("visible_pixels", &ContourEvidence::visible_pixels, "Of the frame, inside the silhouette.")
       .def_ro("lines", &ContourEvidence::lines, "Across the contour, inside the frame.")
@@ -105,8 +113,10 @@ void bind_evidence(nb::module_& module) {
                              fmt::format("{}: {} of {} lines near, agreement {:.2f}, residual {:.2f} px",
                                          held_by(e.holds), e.near_lines, e.lines, e.agreement, e.residual));
       });
-  nb::class_<EdgeEvidence>(module, "EdgeEvidence", "What the model's edges said of the pose.")
-      .def_ro("asked", &EdgeEvidence::asked, "They were compared on the finest level.")
+  nb::class_<EdgeEvidence> edges_class(module, "EdgeEvidence", "What the model's edges said of the pose.");
+  make_value(edges_class, &EdgeEvidence::asked, &EdgeEvidence::lines, &EdgeEvidence::near_lines, &EdgeEvidence::score,
+             &EdgeEvidence::residual);
+  edges_class.def_ro("asked", &EdgeEvidence::asked, "They were compared on the finest level.")
       .def_ro("lines", &EdgeEvidence::lines, "Across edges of the model, inside the frame.")
       .def_ro("near_lines", &EdgeEvidence::near_lines, "Of these, with the frame's edge next to the model's.")
       .def_ro("score", &EdgeEvidence::score, "Share of near lines beyond what chance makes, at most 1.")
@@ -116,9 +126,11 @@ void bind_evidence(nb::module_& module) {
                              fmt::format("{} of {} lines near, score {:.2f}, residual {:.2f} px", e.near_lines, e.lines,
                                          e.score, e.residual));
       });
-  nb::class_<SnapshotEvidence>(module, "SnapshotEvidence",
-                               "What the pixels of a model without appearance said, beside an earlier frame's.")
-      .def_ro("asked", &SnapshotEvidence::asked, "They were compared on the finest level.")
+  nb::class_<SnapshotEvidence> snapshot_class(
+      module, "SnapshotEvidence", "What the pixels of a model without appearance said, beside an earlier frame's.");
+  make_value(snapshot_class, &SnapshotEvidence::asked, &SnapshotEvidence::holds, &SnapshotEvidence::gradient_pixels,
+             &SnapshotEvidence::used_pixels, &SnapshotEvidence::correlation);
+  snapshot_class.def_ro("asked", &SnapshotEvidence::asked, "They were compared on the finest level.")
       .def_ro("holds", &SnapshotEvidence::holds, "They would be enough to hold the object.")
       .def_ro("gradient_pixels", &SnapshotEvidence::gradient_pixels, "Looked at, with a gradient in the earlier frame.")
       .def_ro("used_pixels", &SnapshotEvidence::used_pixels, "Of these, those that agree.")
@@ -135,8 +147,10 @@ void bind_evidence(nb::module_& module) {
 void bind_frame_result(nb::module_& module) {
   bind_enums(module);
   bind_evidence(module);
-  nb::class_<StageTimes>(module, "StageTimes", "Milliseconds of one frame, by stage.")
-      .def_ro("upload", &StageTimes::upload, "The frame to the device.")
+  nb::class_<StageTimes> times_class(module, "StageTimes", "Milliseconds of one frame, by stage.");
+  make_value(times_class, &StageTimes::upload, &StageTimes::render, &StageTimes::filter, &StageTimes::search,
+             &StageTimes::solve, &StageTimes::contour, &StageTimes::total);
+  times_class.def_ro("upload", &StageTimes::upload, "The frame to the device.")
       .def_ro("render", &StageTimes::render, "Drawing the model.")
       .def_ro("filter", &StageTimes::filter, "Blurring both images.")
       .def_ro("search", &StageTimes::search, "The coarse search for a shift.")
@@ -144,7 +158,12 @@ void bind_frame_result(nb::module_& module) {
       .def_ro("contour", &StageTimes::contour, "Of solve, contour and edges.")
       .def_ro("total", &StageTimes::total, "The whole frame.");
 
-  nb::class_<FrameResult>(module, "FrameResult", "Where the object is in a frame, and how sure that is.")
+  nb::class_<FrameResult> result_class(module, "FrameResult", "Where the object is in a frame, and how sure that is.");
+  make_value(result_class, &FrameResult::T_camera_object, &FrameResult::status, &FrameResult::reason,
+             &FrameResult::message, &FrameResult::texture, &FrameResult::contour, &FrameResult::edges,
+             &FrameResult::snapshot, &FrameResult::iterations, &FrameResult::covariance, &FrameResult::information,
+             &FrameResult::ms);
+  result_class
       .def_prop_ro(
           "T_camera_object", [](const FrameResult& result) { return pose_array(result.T_camera_object); },
           "Pose, 4x4: maps points of the object's frame to the camera's (x right, y down, z forward), metres. A guess "
@@ -175,7 +194,10 @@ void bind_frame_result(nb::module_& module) {
       .def_ro("ms", &FrameResult::ms, "Milliseconds, by stage.")
       .def("__repr__", &text_of);
 
-  nb::class_<RenderedView>(module, "RenderedView", "The model drawn as a frame was compared with it.")
+  nb::class_<RenderedView> view_class(module, "RenderedView", "The model drawn as a frame was compared with it.");
+  make_value(view_class, &RenderedView::width, &RenderedView::height, &RenderedView::rgba, &RenderedView::depth,
+             &RenderedView::T_camera_object);
+  view_class
       .def_prop_ro(
           "rgba",
           [](const RenderedView& view) {

@@ -14,6 +14,16 @@
 #include "bindings.hpp"
 #include "holdfast/io.hpp"
 #include "texture_argument.hpp"
+#include "values.hpp"
+
+namespace holdfast {
+
+inline auto fields_of(const Texture* /*texture*/) {
+  return std::tuple(&Texture::width, &Texture::height, &Texture::rgba);
+}
+inline auto fields_of(const Material* /*material*/) { return std::tuple(&Material::name, &Material::texture); }
+
+}  // namespace holdfast
 
 namespace holdfast::python {
 
@@ -120,7 +130,10 @@ nb::list images_of(const Mesh& mesh) {
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
-  nb::class_<Mesh>(module, "Mesh", "Triangle mesh in metres, in the object's frame, with textures or vertex colours.")
+  nb::class_<Mesh> mesh_class(module, "Mesh", "Triangle mesh in metres, in the object's frame, with textures or vertex colours.");
+  make_value(mesh_class, &Mesh::positions, &Mesh::texture_coordinates, &Mesh::colors, &Mesh::triangles,
+             &Mesh::triangle_materials, &Mesh::materials);
+  mesh_class
       .def(
           "__init__",
           [](Mesh* self, nb::object vertices, nb::object faces, nb::object uv, nb::object image, nb::object colors) {

@@ -15,6 +15,7 @@
 #include "holdfast/tracker.hpp"
 #include "one_process.hpp"
 #include "texture_argument.hpp"
+#include "values.hpp"
 
 namespace holdfast::python {
 namespace {
@@ -48,7 +49,9 @@ RenderedView render(SharedRenderer& self, nb::object pose, const Camera& camera,
 }  // namespace
 
 void bind_renderer(nb::module_& module) {
-  nb::class_<SharedRenderer>(module, "Renderer", "Draws a mesh on the CPU, without a display and without distortion.")
+  nb::class_<SharedRenderer> renderer_class(module, "Renderer", "Draws a mesh on the CPU, without a display and without distortion.");
+  make_unique_here(renderer_class);
+  renderer_class
       .def(
           "__init__",
           [](SharedRenderer* self, const Mesh& mesh, int width, int height, int texture_samples) {

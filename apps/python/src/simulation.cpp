@@ -18,6 +18,7 @@
 #include "simulation/sequence.hpp"
 #include "simulation/sequence_files.hpp"
 #include "simulation/textured_box.hpp"
+#include "values.hpp"
 
 /// The tables of what can be chosen of a simulated sequence.
 namespace holdfast::simulation {
@@ -156,7 +157,10 @@ Mesh box(std::uint64_t seed, double contrast, nb::object size) {
 }
 
 void bind_frame(nb::module_& module) {
-  nb::class_<SimulatedFrame>(module, "SimulatedFrame", "A frame and what is true of it.")
+  nb::class_<SimulatedFrame> frame_class(module, "SimulatedFrame", "A frame and what is true of it.");
+  make_value(frame_class, &SimulatedFrame::image, &SimulatedFrame::jpeg, &SimulatedFrame::T_camera_object,
+             &SimulatedFrame::visible_share, &SimulatedFrame::object_mask, &SimulatedFrame::occluder_mask);
+  frame_class
       .def_prop_ro(
           "image", [](const SimulatedFrame& frame) { return image_array(frame.image); }, "HxWx3 uint8, BGR.", kNewArray)
       .def_prop_ro(
@@ -184,8 +188,10 @@ void bind_simulation(nb::module_& module) {
   module.def(
       "lettered_cube", [](double edge, std::uint64_t seed) { return lettered_cube(edge, seed); }, nb::arg("edge"),
       nb::arg("seed") = 1, "A toy cube with a letter on each face; edge in metres.");
-  nb::class_<Sequence>(module, "Simulation",
-                       "A sequence with exact ground truth, drawn a frame at a time: simulation[i] is frame i.")
+  nb::class_<Sequence> sequence_class(
+      module, "Simulation", "A sequence with exact ground truth, drawn a frame at a time: simulation[i] is frame i.");
+  make_unique_here(sequence_class);
+  sequence_class
       .def(
           "__init__", &construct, nb::arg("mesh"), nb::arg("camera") = nb::none(), nb::arg("style") = "smooth",
           nb::arg("poses") = nb::none(), nb::arg("occluders") = nb::list(), nb::arg("options"),

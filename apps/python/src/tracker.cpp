@@ -18,6 +18,7 @@
 #include "holdfast/io.hpp"
 #include "texture_argument.hpp"
 #include "tracker_options.hpp"
+#include "values.hpp"
 
 namespace holdfast::python {
 
@@ -180,7 +181,9 @@ void bind_tracker(nb::module_& module) {
       nb::arg("mode") = "default", nb::sig("def default_options(mode: str = 'default') -> dict[str, typing.Any]"),
       "Names and values of the options that a mode has: default, fast or paper.");
 
-  nb::class_<SharedTracker>(module, "Tracker")
+  nb::class_<SharedTracker> tracker_class(module, "Tracker");
+  make_unique_here(tracker_class);
+  tracker_class
       .def("__init__", &construct, nb::arg("mesh"), nb::arg("camera"), nb::arg("mode"), nb::arg("options"),
            nb::arg("device") = nb::none(), nb::keep_alive<1, 2>())
       .def(

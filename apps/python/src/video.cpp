@@ -13,6 +13,7 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "holdfast/error.hpp"
+#include "values.hpp"
 #include "video/frame_source.hpp"
 
 namespace holdfast::python {
@@ -65,17 +66,20 @@ Numpy<std::uint8_t> decode_image(const nb::bytes& data) {
 }  // namespace
 
 void bind_video(nb::module_& module) {
-  nb::class_<Frame>(module, "Frame", "A frame of a video.")
+  nb::class_<Frame> frame_class(module, "Frame", "A frame of a video.");
+  make_value(frame_class, &Frame::image, &Frame::index, &Frame::time_s);
+  frame_class
       .def_prop_ro(
           "image", [](const Frame& frame) { return image_array(frame.image); }, "HxWx3 uint8, BGR, as recorded.",
           kNewArray)
       .def_ro("index", &Frame::index, "Number of the frame in the input.")
       .def_ro("time", &Frame::time_s, "Seconds from the input's first frame.");
-  nb::class_<FrameSource>(
-      module, "Video",
-      "Iterates over the frames of a video file, an image folder, an image pattern "
+  nb::class_<FrameSource> video_class(
+      module, "Video", "Iterates over the frames of a video file, an image folder, an image pattern "
       "('frames/%06d.png', 'frames/*.png') or a camera's number, once: a second loop needs another Video. Warns where "
-      "the input ends early.")
+      "the input ends early.");
+  make_unique_here(video_class);
+  video_class
       .def(
           "__init__", &open, nb::arg("input"), nb::arg("start") = 0, nb::arg("stop") = nb::none(),
           nb::arg("stride") = 1, nb::arg("frame_rate") = 0.0,
