@@ -1,5 +1,6 @@
 """Arrays and files as arguments: what is taken, and what is said of what is not."""
 
+import inspect
 import warnings
 
 import numpy as np
@@ -331,3 +332,45 @@ def test_bgra_frames_are_those_of_bgr(tracker, simulation, frames):
     assert distance(pose_of(tracker, start, bgra, format=holdfast.PixelFormat.bgra8), expected) < 1e-6
     assert distance(pose_of(tracker, start, padded(bgra), format=holdfast.PixelFormat.bgra8), expected) < 1e-6
     tracker.find(bgra, format=holdfast.PixelFormat.bgra8)
+
+
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda h, t: h.Camera("300", 300, 160, 120, 320, 240), "^fx: expected float, got str '300'$"),
+        (lambda h, t: h.Camera(300, 300, 160, 120, 320.5, 240), "^width: expected int, got float 320.5$"),
+        (lambda h, t: h.Camera(300, 300, 160, 120), r"^Camera\(\): missing .*'width'; arguments: fx, fy, cx, cy, width"),
+        (lambda h, t: h.Camera(300, 300, 160, 120, w=3), r"^Camera\(\): .*'w'|'width'"),
+        (lambda h, t: h.Camera.from_matrix(None, 640, 480), "^matrix: expected numpy.typing.ArrayLike, got NoneType$"),
+        (lambda h, t: h.Camera.load("c.yml", "640", 480), r"^width: expected int \| None, got str '640'$"),
+        (lambda h, t: h.Camera.load(3), r"^path: expected str \| os.PathLike, got int 3$"),
+        (lambda h, t: h.Mesh(np.eye(3)), r"^Mesh\(\): missing .*'faces'"),
+        (lambda h, t: h.Mesh.load("m.obj", "mm"), "^scale: expected float, got str 'mm'$"),
+        (lambda h, t: h.Renderer("m.obj", 3, 4), r"^mesh: expected Mesh, got str 'm.obj'; Mesh.load\(\) reads a file"),
+        (lambda h, t: h.Simulation(None), "^mesh: expected Mesh, got NoneType; "),
+        (lambda h, t: h.Device(3), "^device: expected str, got int 3$"),
+        (lambda h, t: h.Device("cpu", "strips"), "^partition: expected Partition, got str .*; .*Partition.strips"),
+        (lambda h, t: h.load_pose(np.eye(4)), "^path: expected .*, got float64 array of shape"),
+        (lambda h, t: h.save_poses("p.csv", []) or h.save_poses("p.csv"), "^save_poses.*missing.*'results'"),
+        (lambda h, t: t.track(), r"^track\(\): missing a required argument: 'frame'"),
+        (lambda h, t: t.track(np.zeros((240, 320), np.uint8), "0.1"), r"^time: expected float \| None, got str '0.1'"),
+        (lambda h, t: t.track(np.zeros((240, 320), np.uint8), format="rgb8"), "^format: .*'rgb8'; .*PixelFormat.rgb8"),
+        (lambda h, t: t.reset(), r"^reset\(\): missing a required argument: 'T_camera_object'; arguments: T_camera"),
+        (lambda h, t: t.remember(None), "^path: expected .*, got NoneType$"),
+        (lambda h, t: t.set_texture(-1, np.zeros((4, 4), np.uint8)), "^material: -1 is out of range$"),
+        (lambda h, t: h.evaluate("t", [], []), r"^tracker: expected Tracker, got str 't'; Tracker\(model, camera\)"),
+        (lambda h, t: h.default_options(3), "^mode: expected str, got int 3$"),
+    ],
+)  # fmt: skip
+def test_arguments_of_the_wrong_type_are_named(tracker, tmp_path, monkeypatch, call, words):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TypeError, match=words):
+        call(holdfast, tracker)
+
+
+def test_signatures_are_known_to_tools():
+    assert str(inspect.signature(holdfast.Camera.load)) == (
+        "(path: 'str | os.PathLike', width: 'int | None' = None, height: 'int | None' = None, rescale: 'bool' = False)"
+        " -> 'Camera'"
+    )
+    assert list(inspect.signature(holdfast.Tracker.track).parameters) == ["self", "frame", "time", "format"]

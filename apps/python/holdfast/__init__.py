@@ -17,6 +17,11 @@ The interpreter's lock is released while trackers work, so that several may run 
 holdfast.plot (needs matplotlib), holdfast.view (rerun-sdk) and holdfast.bag (rosbags) are imported by name.
 """
 
+from . import _core
+from .arguments import name_arguments
+
+name_arguments(_core)  # before what follows takes its functions
+
 from ._core import (
     Camera,
     ContourEvidence,

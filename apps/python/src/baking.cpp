@@ -95,7 +95,8 @@ bool add_frame(TextureBaker& self, nb::object frame, nb::object pose) {
 }  // namespace
 
 void bind_baking(nb::module_& module) {
-  nb::class_<TextureBaker> baker_class(module, "TextureBaker", "Makes a mesh's texture from frames with known poses.");
+  nb::class_<TextureBaker> baker_class(module, "TextureBaker", nb::type_slots(kCheckedCalls),
+                                       "Makes a mesh's texture from frames with known poses.");
   make_unique_here(baker_class);
   baker_class
       .def("__init__", &construct_baker, nb::arg("mesh"), nb::arg("camera"), nb::arg("T_camera_object"),
@@ -116,7 +117,8 @@ void bind_baking(nb::module_& module) {
       .def_prop_ro("mesh", &TextureBaker::model, "The mesh with the texture as it is now.");
 
   nb::class_<ModelCompletion> completion_class(
-      module, "ModelCompletion", "A model that gains texture while it is tracked. Make a Tracker of its mesh, and call "
+      module, "ModelCompletion", nb::type_slots(kCheckedCalls),
+      "A model that gains texture while it is tracked. Make a Tracker of its mesh, and call "
       "update() after each frame.");
   make_unique_here(completion_class);
   completion_class

@@ -5,6 +5,12 @@
 /// The parts of the extension module, one a file.
 namespace holdfast::python {
 
+/// The caller of a function of the package, for warnings: arguments.py stands between.
+inline constexpr int kCaller = 2;
+
+/// Makes calls of a class run its `__init__`, which arguments.py replaces, and not nanobind's way past it.
+inline PyType_Slot kCheckedCalls[] = {{82 /* Py_tp_vectorcall, which older headers lack */, nullptr}, {0, nullptr}};
+
 void bind_error(nanobind::module_& module);
 void bind_camera(nanobind::module_& module);
 void bind_mesh(nanobind::module_& module);

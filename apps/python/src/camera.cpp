@@ -136,7 +136,8 @@ std::string text_of(const Camera& camera) {
 
 void bind_camera(nb::module_& module) {
   nb::class_<Camera> camera_class(
-      module, "Camera", "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
+      module, "Camera", nb::type_slots(kCheckedCalls),
+      "Pinhole camera with optional lens distortion. Axes as in OpenCV: x right, y down, z forward; pixel "
       "centres are at integers.");
   make_value(camera_class, &Camera::width, &Camera::height, &Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy,
              &Camera::distortion, &Camera::lens);

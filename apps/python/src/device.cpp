@@ -42,7 +42,8 @@ void bind_device(nb::module_& module) {
              &DeviceInfo::driver, &DeviceInfo::type, &DeviceInfo::compute_units, &DeviceInfo::platform_index,
              &DeviceInfo::device_index, &DeviceInfo::usable, &DeviceInfo::reason);
   nb::class_<Device> device_class(
-      module, "Device", "An OpenCL device with Holdfast's kernels. Trackers that are given the same one share its queue; "
+      module, "Device", nb::type_slots(kCheckedCalls),
+      "An OpenCL device with Holdfast's kernels. Trackers that are given the same one share its queue; "
       "trackers in different threads are faster with one each.");
   device_class
       .def(

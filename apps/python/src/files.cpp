@@ -67,7 +67,7 @@ void bind_files(nb::module_& module) {
       [](const std::filesystem::path& path) {
         const Pose first = io::load_pose(path);
         const std::optional<std::string> doubt = app::surplus_poses(path);
-        if (doubt && PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), 1) != 0) throw nb::python_error();
+        if (doubt && PyErr_WarnEx(PyExc_UserWarning, doubt->c_str(), kCaller) != 0) throw nb::python_error();
         return pose_array(first);
       },
       nb::arg("path"),

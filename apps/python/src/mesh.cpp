@@ -130,7 +130,8 @@ nb::list images_of(const Mesh& mesh) {
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
-  nb::class_<Mesh> mesh_class(module, "Mesh", "Triangle mesh in metres, in the object's frame, with textures or vertex colours.");
+  nb::class_<Mesh> mesh_class(module, "Mesh", nb::type_slots(kCheckedCalls),
+                              "Triangle mesh in metres, in the object's frame, with textures or vertex colours.");
   make_value(mesh_class, &Mesh::positions, &Mesh::texture_coordinates, &Mesh::colors, &Mesh::triangles,
              &Mesh::triangle_materials, &Mesh::materials);
   mesh_class
@@ -158,7 +159,7 @@ void bind_mesh(nb::module_& module) {
               mesh = io::load_model(path, scale, &remarks);
             }
             for (const std::string& remark : remarks) {
-              if (PyErr_WarnEx(PyExc_UserWarning, remark.c_str(), 1) != 0) throw nb::python_error();
+              if (PyErr_WarnEx(PyExc_UserWarning, remark.c_str(), kCaller) != 0) throw nb::python_error();
             }
             return *std::move(mesh);
           },

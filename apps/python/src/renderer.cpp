@@ -49,7 +49,8 @@ RenderedView render(SharedRenderer& self, nb::object pose, const Camera& camera,
 }  // namespace
 
 void bind_renderer(nb::module_& module) {
-  nb::class_<SharedRenderer> renderer_class(module, "Renderer", "Draws a mesh on the CPU, without a display and without distortion.");
+  nb::class_<SharedRenderer> renderer_class(module, "Renderer", nb::type_slots(kCheckedCalls),
+                                            "Draws a mesh on the CPU, without a display and without distortion.");
   make_unique_here(renderer_class);
   renderer_class
       .def(

@@ -189,7 +189,8 @@ void bind_simulation(nb::module_& module) {
       "lettered_cube", [](double edge, std::uint64_t seed) { return lettered_cube(edge, seed); }, nb::arg("edge"),
       nb::arg("seed") = 1, "A toy cube with a letter on each face; edge in metres.");
   nb::class_<Sequence> sequence_class(
-      module, "Simulation", "A sequence with exact ground truth, drawn a frame at a time: simulation[i] is frame i.");
+      module, "Simulation", nb::type_slots(kCheckedCalls),
+      "A sequence with exact ground truth, drawn a frame at a time: simulation[i] is frame i.");
   make_unique_here(sequence_class);
   sequence_class
       .def(

@@ -64,7 +64,7 @@ void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, cons
   require_one_process();
   TrackerOptions options = options_of_mode(mode);
   set_fields(options, given);
-  constexpr int by_the_subclass = 2;
+  constexpr int by_the_subclass = kCaller + 1;
   warn_about_units(mesh, {}, camera, by_the_subclass);
   if (const std::optional<std::string> doubt = io::camera_warning(camera)) warn(*doubt, by_the_subclass);
   const nb::gil_scoped_release released;
@@ -75,7 +75,7 @@ void construct(SharedTracker* self, const Mesh& mesh, const Camera& camera, cons
 void reset(SharedTracker& self, nb::object pose, nb::object frame, std::optional<double> time,
            std::optional<PixelFormat> format) {
   const Pose T_camera_object = pose_argument(pose, "T_camera_object");
-  warn_about_units(self.mesh, T_camera_object, self.tracker.camera(), 1);
+  warn_about_units(self.mesh, T_camera_object, self.tracker.camera(), kCaller);
   const auto begin = [&self] {
     if (self.memory) self.memory->begin();
   };

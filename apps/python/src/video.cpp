@@ -75,7 +75,8 @@ void bind_video(nb::module_& module) {
       .def_ro("index", &Frame::index, "Number of the frame in the input.")
       .def_ro("time", &Frame::time_s, "Seconds from the input's first frame.");
   nb::class_<FrameSource> video_class(
-      module, "Video", "Iterates over the frames of a video file, an image folder, an image pattern "
+      module, "Video", nb::type_slots(kCheckedCalls),
+      "Iterates over the frames of a video file, an image folder, an image pattern "
       "('frames/%06d.png', 'frames/*.png') or a camera's number, once: a second loop needs another Video. Warns where "
       "the input ends early.");
   make_unique_here(video_class);
