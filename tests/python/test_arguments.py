@@ -374,3 +374,17 @@ def test_signatures_are_known_to_tools():
         " -> 'Camera'"
     )
     assert list(inspect.signature(holdfast.Tracker.track).parameters) == ["self", "frame", "time", "format"]
+
+
+def test_what_newcomers_pass_is_answered(tracker, simulation, box, camera, frames, device):
+    with pytest.raises(TypeError, match=r"frames: expected a list.*\[frame.image for frame in Video"):
+        holdfast.evaluate(tracker, iter(frames), simulation.poses)
+    with pytest.raises(ValueError, match=r"T_camera_object: .*\(3,\); of OpenCV's rvec and tvec: .*cv2.Rodrigues"):
+        tracker.reset(np.zeros(3), np.zeros(3))
+    with pytest.raises(ValueError, match=r"estimate: expected shape \(4, 4\), got list of shape \(2, 4, 4\)$"):
+        holdfast.pose_error(np.eye(4), [np.eye(4), np.eye(4)])
+    with pytest.raises(TypeError, match=r"no option 'speed'.*it is one of motion: motion=\{'speed': ...\}"):
+        holdfast.Simulation(box, camera, speed=3)
+    with pytest.raises(TypeError, match="renderer: expected a Renderer, got Mesh; Renderer"):
+        holdfast.outlines(box, np.eye(4), camera)
+    assert repr(simulation) == f"<Simulation of {len(frames)} frames of 320x240 pixels>"

@@ -33,6 +33,10 @@ def blended_classes(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
 
 def silhouette(renderer: _core.Renderer, pose: np.ndarray, camera: _core.Camera) -> np.ndarray:
     """HxW bool: where the model is seen at a pose (4x4), in the ideal pinhole image."""
+    if not isinstance(renderer, _core.Renderer):
+        raise TypeError(
+            f"renderer: expected a Renderer, got {type(renderer).__name__}; Renderer(mesh, camera.width, camera.height)"
+        )
     return renderer.render(pose, camera).depth > 0
 
 

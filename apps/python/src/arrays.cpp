@@ -43,6 +43,12 @@ PixelFormat format_by_channels(int channels, const std::string& name, nb::handle
   }
 }
 
+std::string shape_of(const nb::ndarray<const double, nb::numpy, nb::c_contig, nb::ro>& array) {
+  std::string shape;
+  for (std::size_t i = 0; i < array.ndim(); ++i) shape += (i > 0 ? ", " : "") + std::to_string(array.shape(i));
+  return "(" + shape + (array.ndim() == 1 ? ",)" : ")");
+}
+
 /// Bytes from a row to the next, where the array's pixels lie as a frame's do.
 std::optional<std::size_t> row_stride(const nb::ndarray<nb::ro>& array, int channels) {
   const auto packed = static_cast<std::int64_t>(array.shape(1)) * channels;
@@ -78,13 +84,19 @@ std::vector<double> numbers_argument(nb::handle value, const char* name, int row
   if (array.ndim() != 2 || !fits(array.shape(0), rows) || !fits(array.shape(1), columns)) {
     const auto count = [](int wanted) { return wanted < 0 ? std::string("N") : std::to_string(wanted); };
     refuse_value(std::string(name) + ": expected shape (" + count(rows) + ", " + count(columns) + "), got " +
-                 (nb::hasattr(value, "shape") ? described(value) : text_of(nb::repr(value))));
+                 (nb::hasattr(value, "shape") ? described(value) : described(value) + " of shape " + shape_of(array)));
   }
   return {array.data(), array.data() + array.size()};
 }
 
 Pose pose_argument(nb::handle value, const char* name) {
-  const bool upper = nb::hasattr(value, "shape") && text_of(value.attr("shape")) == "(3, 4)";
+  const std::string shape = nb::hasattr(value, "shape") ? text_of(value.attr("shape")) : "";
+  if (shape == "(3,)" || shape == "(3, 1)" || shape == "(1, 3)") {
+    refuse_value(std::string(name) + ": expected shape (4, 4), got " + described(value) +
+                 "; of OpenCV's rvec and tvec: T = numpy.eye(4); T[:3, :3] = cv2.Rodrigues(rvec)[0]; "
+                 "T[:3, 3] = tvec.ravel()");
+  }
+  const bool upper = shape == "(3, 4)";
   const std::vector<double> numbers = numbers_argument(value, name, upper ? 3 : 4, 4);
   Pose pose = Pose::Identity();
   for (Eigen::Index row = 0; row < 3; ++row) {
@@ -102,10 +114,13 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
                              const char* repair) {
   FrameArgument frame;
   if (!nb::try_cast(value, frame.array, false)) {
-    const char* hint = value.is_none()                  ? " (the end of the video?)"
-                       : nb::hasattr(value, "image")    ? ": pass its image"
-                       : nb::isinstance<nb::str>(value) ? ": Video() reads files"
-                                                        : "";
+    const bool file = nb::isinstance<nb::str>(value) || nb::hasattr(value, "__fspath__");
+    const bool of_pillow = nb::hasattr(value, "convert") && nb::hasattr(value, "mode");
+    const char* hint = value.is_none()               ? " (the end of the video?)"
+                       : nb::hasattr(value, "image") ? ": pass its image"
+                       : of_pillow                   ? ": pass numpy.asarray of it, and format=PixelFormat.rgb8"
+                       : file                        ? ": Video() reads files, for frame in Video(...): frame.image"
+                                                     : "";
     refuse_type(std::string(name) + ": expected a numpy array of uint8, got " + described(value) + hint);
   }
   const nb::ndarray<nb::ro>& array = frame.array;

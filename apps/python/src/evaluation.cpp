@@ -50,6 +50,11 @@ std::vector<FrameRecord> evaluate(SharedTracker& tracker, nb::object frames, nb:
   options.minimum_visible = minimum_visible;
   options.show_start_frame = show_start_frame;
   const std::vector<Pose> poses = poses_argument(truth, "truth");
+  if (!nb::hasattr(frames, "__getitem__")) {
+    throw nb::type_error(("frames: expected a list of arrays, got " + described(frames) +
+                          "; of a video: [frame.image for frame in Video(...)]")
+                             .c_str());
+  }
   if (nb::hasattr(frames, "__len__") && nb::len(frames) != poses.size()) {
     throw nb::value_error(
         fmt::format("truth: has {} poses for {} frames; pass one a frame", poses.size(), nb::len(frames)).c_str());
@@ -184,7 +189,11 @@ void bind_evaluation(nb::module_& module) {
       .def_ro("visible", &Recorded::visible, "Visible share a frame; empty where it is not known.")
       .def_ro("camera", &Recorded::camera, "The camera of the frames.")
       .def_ro("model", &Recorded::model, "File of the model that comes with the sequence; '.' where none does.")
-      .def_ro("model_scale", &Recorded::model_scale, "Turns the model's unit into metres.");
+      .def_ro("model_scale", &Recorded::model_scale, "Turns the model's unit into metres.")
+      .def("__repr__", [](const Recorded& recorded) {
+        return fmt::format("<RecordedSequence {}: {} frames, {} poses>", recorded.name, recorded.frames.size(),
+                           recorded.truth.size());
+      });
   module.def("load_sequence", &load_sequence, nb::arg("folder"), nb::arg("bop_object") = nb::none(),
              "Reads a folder with frames/, K.txt and poses_gt.txt, as Simulation.save() writes it, or a BOP scene.");
 }

@@ -78,10 +78,15 @@ void set_fields(Options& options, const nb::dict& values) {
   for (auto [key, value] : values) {
     const std::string wanted = nb::cast<std::string>(nb::str(key));
     bool found = false;
-    std::string names;
+    std::string names, group;
     for_each_field(options, [&](const char* name, auto& field) {
       using Field = std::remove_reference_t<decltype(field)>;
       names += (names.empty() ? "" : ", ") + std::string(name);
+      if constexpr (HasFields<Field>) {
+        for_each_field(field, [&](const char* inner, auto& /*value*/) {
+          if (wanted == inner) group = name;
+        });
+      }
       if (wanted != name) return;
       found = true;
       if constexpr (HasFields<Field>) {
@@ -95,7 +100,9 @@ void set_fields(Options& options, const nb::dict& values) {
                                  .c_str());
       }
     });
-    if (!found) throw nb::type_error(("there is no option '" + wanted + "'; there are: " + names).c_str());
+    if (found) continue;
+    if (!group.empty()) names += "; it is one of " + group + ": " + group + "={'" + wanted + "': ...}";
+    throw nb::type_error(("there is no option '" + wanted + "'; there are: " + names).c_str());
   }
 }
 

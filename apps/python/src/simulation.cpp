@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -208,6 +209,11 @@ void bind_simulation(nb::module_& module) {
           "(file, pan), sensor (noise, shot_noise in grey levels, blur_sigma in pixels, jpeg_quality, gain, "
           "exposure_stops, white_balance_stops, gamma_stops, change_frames).")
       .def("__len__", &Sequence::size)
+      .def("__repr__",
+           [](const Sequence& sequence) {
+             return fmt::format("<Simulation of {} frames of {}x{} pixels>", sequence.size(), sequence.camera().width,
+                                sequence.camera().height);
+           })
       .def("__getitem__", &frame_at, nb::arg("index"))
       .def_prop_ro("camera", [](const Sequence& sequence) { return sequence.camera(); })
       .def_prop_ro(

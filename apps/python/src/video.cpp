@@ -73,7 +73,11 @@ void bind_video(nb::module_& module) {
           "image", [](const Frame& frame) { return image_array(frame.image); }, "HxWx3 uint8, BGR, as recorded.",
           kNewArray)
       .def_ro("index", &Frame::index, "Number of the frame in the input.")
-      .def_ro("time", &Frame::time_s, "Seconds from the input's first frame.");
+      .def_ro("time", &Frame::time_s, "Seconds from the input's first frame.")
+      .def("__repr__", [](const Frame& frame) {
+        return fmt::format("<Frame {} at {:.3f} s, {}x{} pixels>", frame.index, frame.time_s, frame.image.cols,
+                           frame.image.rows);
+      });
   nb::class_<FrameSource> video_class(
       module, "Video", nb::type_slots(kCheckedCalls),
       "Iterates over the frames of a video file, an image folder, an image pattern "
