@@ -118,3 +118,34 @@ TEST_CASE("equations without a turn: no answer to it, the same to every motion w
   }
   CHECK((without_turns(outline, {}).A - outline.A).norm() == 0);
 }
+
+TEST_CASE("a turn that texture does not show is taken from the outline's equations, other motions are not") {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto any = [&] { return Twist(Twist::NullaryExpr([&] { return normal(random); })); };
+  NormalEquations outline;
+  for (int i = 0; i < 20; ++i) {
+    const Twist row = any();
+    outline.A += row * row.transpose();
+    outline.h += normal(random) * row;
+  }
+  Pose T_drawn = Pose::Identity();
+  T_drawn.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  T_drawn.translation().z() = 0.5;
+  Twist turn = Twist::Zero(), along = Twist::Zero();
+  turn.tail<3>() = along.head<3>() = Eigen::Vector3d(0.6, 0, 0.8);
+  const auto left = [&](const Twist& hidden, double reliability, const std::vector<Twist>& turns) {
+    TextureTerms texture;
+    texture.reliability = reliability;
+    texture.unobservable.count = 1;
+    texture.unobservable.motions.col(0) = to_camera_axes(T_drawn) * hidden;
+    return without_hidden(outline, texture, T_drawn, turns);
+  };
+  const Twist about = turn + 0.1 * any();  // print shows it with errors
+  const NormalEquations taken = left(about, 1, {turn});
+  CHECK((taken.A * about).norm() < 1e-9 * outline.A.norm());
+  CHECK(std::abs(taken.h.dot(about)) < 1e-9 * outline.h.norm());
+  CHECK((left(along, 1, {turn}).A - outline.A).norm() == 0);
+  CHECK((left(turn, 1, {}).A - outline.A).norm() == 0);
+  CHECK((left(turn, 0.1, {turn}).A - outline.A).norm() == 0);
+}

@@ -312,7 +312,7 @@ NormalEquations Aligner::outline_alone(const Alignment& alignment) const {
 NormalEquations Aligner::outline_equations(const Alignment& alignment, const TrackingState& state) const {
   NormalEquations outline = outline_alone(alignment);
   if (!state.textured) return outline;
-  outline = without_hidden(outline, alignment.texture, view_.T_camera_object());
+  outline = without_hidden(outline, alignment.texture, view_.T_camera_object(), round_turns_);
   if (state.motion.lost()) outline *= kWhileLost;
   return outline;
 }

@@ -1,13 +1,15 @@
 #include "tracker/hidden_motions.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace holdfast {
 namespace {
 
-/// Share of the contour's information, all directions together, below which it hardly shows a motion that texture
-/// does not show at all; of a can's turn it has up to 0.007.
-constexpr double kHardly = 0.016;
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
+/// Cosine between a motion that does not show and a round shape's turn from which it is that turn: print has errors.
+constexpr double kThatTurn = 0.7;
 
 /// Takes away what the equations tell of a motion, alone and together with others.
 void forget(const Twist& motion, NormalEquations& equations) {
@@ -20,14 +22,16 @@ void forget(const Twist& motion, NormalEquations& equations) {
 
 }  // namespace
 
-NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn) {
+NormalEquations without_hidden(NormalEquations outline, const TextureTerms& texture, const Pose& T_drawn,
+                               const std::vector<Twist>& turns) {
+  if (texture.reliability < kTelling) return outline;  // texture that passes by chance shows nothing of any motion
   const Matrix6 B = to_camera_axes(T_drawn);
-  if (texture.reliability < kTelling) return contour;  // texture that passes by chance shows nothing of any motion
   for (int i = 0; i < texture.unobservable.count; ++i) {
     const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
-    if (motion.dot(contour.A * motion) <= kHardly * contour.A.trace()) forget(motion, contour);
+    const auto that = [&](const Twist& turn) { return std::abs(motion.dot(turn.normalized())) > kThatTurn; };
+    if (std::ranges::any_of(turns, that)) forget(motion, outline);
   }
-  return contour;
+  return outline;
 }
 
 NormalEquations without_turns(NormalEquations outline, const std::vector<Twist>& turns) {

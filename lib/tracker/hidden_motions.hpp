@@ -7,11 +7,12 @@
 
 namespace holdfast {
 
-/// The contour's equations without what it tells of motions that the texture drawn at this pose does not show and the
-/// contour hardly does: rims of round things seem to tell of their turn where they are cut into facets and pixels.
-NormalEquations without_hidden(NormalEquations contour, const TextureTerms& texture, const Pose& T_drawn);
+/// An outline's equations without what they tell of these turns of a round shape, where the texture drawn at this pose
+/// does not show them: rims seem to tell of them where they are cut into facets and pixels.
+NormalEquations without_hidden(NormalEquations outline, const TextureTerms& texture, const Pose& T_drawn,
+                               const std::vector<Twist>& turns);
 
-/// An outline's equations without what it tells of these turns, for the same reason.
+/// The same whatever a texture shows.
 NormalEquations without_turns(NormalEquations outline, const std::vector<Twist>& turns);
 
 }  // namespace holdfast

@@ -7,8 +7,8 @@
 namespace holdfast {
 namespace {
 
-/// Evidence, in usual scores, that decides between two poses; a frame gives 0.3 to 1 at a tilt of 20 degrees.
-constexpr double kDecisive = 0.5;
+/// Evidence, in scores, that decides between two poses; a frame gives 0.15 to 0.5 at a tilt of 20 degrees.
+constexpr double kDecisive = 0.3;
 /// Turns below which either is taken for the other from frame to frame.
 constexpr double kOpenTurn = 0.25;
 /// Two starts that lead to poses turned by less than this, radians, are compared again after so many frames.
@@ -28,10 +28,6 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   // Light from one side is learned at the pose that was believed, and would speak for it.
   tried_ = state_;
   tried_.imaging.lit = false;
-  const auto fit = [&](const Alignment& alignment) {
-    return alignment.texture.score() / state_.usual.expected_texture_score() +
-           outline_score(alignment, state_.usual.outline());
-  };
   const Alignment rival = aligner_.align(*T_mirrored, plan, tried_);
   const Alignment believed = aligner_.align(best.T_camera_object, plan, tried_);
   view_.clear();  // it is drawn in other light than light is learned from
@@ -39,7 +35,7 @@ void Pipeline::tell_from_mirrored(Alignment& best, double time) {
   const double apart = turn_between(rival.T_camera_object, believed.T_camera_object);
   if (apart < kOnePose) state_.tilt_pause = kOnePosePause;
   if (apart < kSamePose) return;
-  state_.tilt_evidence += fit(believed) - fit(rival);
+  state_.tilt_evidence += believed.score - rival.score;
   if (state_.tilt_evidence > -kDecisive) {
     best.undecided = state_.tilt_evidence < kDecisive;
     return;
