@@ -382,7 +382,8 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   report.frames = 7;
   report.wall_s = 0.5;
   report.read_s = 0.07;
-  report.track_s = 0.035;
+  report.track_s = 0.935;
+  report.first = {0.2, 0.01, 0.9, 0};  // kernels were compiled
   const RunSummary summary = figures.summary(report);
   CHECK(summary.held == 4);
   CHECK(summary.lost == 3);
@@ -394,12 +395,14 @@ TEST_CASE("a summary counts, and takes medians of what is held") {
   CHECK(summary.median_lost_ms == doctest::Approx(5.0));                      // of 4 5 8
   CHECK(summary.median_residual == doctest::Approx((0.02 + 0.05) / 2));       // of .01 .02 .05 .06
   CHECK(summary.median_used_pixels == doctest::Approx((1001 + 1004) / 2.0));  // of frames 0 1 4 5
-  CHECK(summary.frames_per_second == doctest::Approx(14));
+  CHECK(summary.frames_per_second == doctest::Approx(20));                    // 6 in 0.3 s
+  CHECK(summary.track_ms == doctest::Approx(35.0 / 6));
   CHECK(summary.read_ms == doctest::Approx(10));
   CHECK(summary.mean_ms.solve == doctest::Approx(0.5));
   const std::string text = summary_text(summary);
   CHECK(text.find("7 frames: 4 held, 3 lost") != std::string::npos);
   CHECK(text.find("frames 2 to 3, 6; in frame 2: covered") != std::string::npos);
+  CHECK(text.find("20 frames a second after the first; a frame takes 10.00 ms to read") != std::string::npos);
   CHECK(text.find("reading is the slowest") != std::string::npos);
 }
 

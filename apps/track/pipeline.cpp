@@ -38,7 +38,6 @@ class Pipeline {
   }
 
   PipelineReport run() {
-    const auto begin = std::chrono::steady_clock::now();
     std::thread reader([this] { read_all(); });
     std::thread writer([this] { write_all(); });
     std::exception_ptr track_failure;
@@ -54,7 +53,7 @@ class Pipeline {
     tracked_.close();
     reader.join();
     writer.join();
-    report_.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    report_.wall_s = seconds();
     for (const std::exception_ptr& failure : {write_failure_, track_failure, read_failure_}) {
       if (failure && !report_.failure) {
         report_.failure = failure;
@@ -64,6 +63,8 @@ class Pipeline {
   }
 
  private:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+
   std::optional<Frame> buffer_for_reading() {
     std::optional<Frame> buffer = free_frames_.try_pop();
     if (!buffer && parts_.live) {
@@ -79,6 +80,7 @@ class Pipeline {
         if (!frame || !timed(report_.read_s, [&] { return parts_.next(*frame); })) {
           break;
         }
+        if (report_.first.read_s == 0) report_.first.read_s = report_.read_s;
         frames_.push(std::move(*frame));
       }
     } catch (...) {
@@ -105,6 +107,7 @@ class Pipeline {
       tracked->ordinal = ordinal;
       tracked->pictured = parts_.is_pictured(ordinal);
       timed(report_.track_s, [&] { parts_.track(*tracked); });
+      if (ordinal == 0) report_.first.track_s = report_.track_s;
       if (!tracked->pictured) {
         std::swap(tracked->frame.image, frame->image);
       }
@@ -117,7 +120,10 @@ class Pipeline {
     try {
       while (std::optional<TrackedFrame> tracked = tracked_.pop()) {
         timed(report_.write_s, [&] { parts_.write(*tracked); });
-        ++report_.frames;
+        if (report_.frames++ == 0) {
+          report_.first.write_s = report_.write_s;
+          report_.first.wall_s = seconds();
+        }
         free_tracked_.push(std::move(*tracked));
       }
     } catch (...) {
@@ -127,6 +133,7 @@ class Pipeline {
   }
 
   const PipelineParts& parts_;
+  const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   PipelineReport report_;
   Channel<Frame> free_frames_;
   Channel<Frame> frames_;

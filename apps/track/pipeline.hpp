@@ -18,14 +18,19 @@ struct PipelineParts {
   bool live = false;                     ///< a frame that nobody took in time gives way to a newer one
 };
 
-struct PipelineReport {
+/// Seconds, of which the parts' are busy, not waiting.
+struct PartTimes {
+  double wall_s = 0;
+  double read_s = 0;
+  double track_s = 0;
+  double write_s = 0;
+};
+
+struct PipelineReport : PartTimes {
   std::int64_t frames = 0;  ///< written
   bool interrupted = false;
   std::exception_ptr failure;  ///< what ended the run early
-  double wall_s = 0;
-  double read_s = 0;  ///< busy, not waiting
-  double track_s = 0;
-  double write_s = 0;
+  PartTimes first;             ///< of these, until the first frame was done: it makes what later ones use
 };
 
 /// Reads, tracks and writes in three threads, so that a run takes as long as its slowest part. Buffers are made once

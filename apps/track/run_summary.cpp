@@ -62,6 +62,7 @@ double RunningMedian::value() const { return sample_.empty() ? 0 : evaluation::q
 void SummaryBuilder::add(const TrackedFrame& tracked) {
   const FrameResult& result = tracked.result;
   ++counts_.frames;
+  if (counts_.frames == 2) total_ms_ = {};  // the first frame makes what later ones use
   add_times(total_ms_, result.ms);
   counts_.texture_asked = counts_.texture_asked || result.texture.asked;
   if (counts_.texture_asked && result.snapshot.asked && !counts_.texture_left)
@@ -90,7 +91,10 @@ void SummaryBuilder::add(const TrackedFrame& tracked) {
 
 RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   RunSummary summary = counts_;
-  const double frames = static_cast<double>(std::max<std::int64_t>(summary.frames, 1));
+  const bool only_one = summary.frames <= 1;
+  const double frames = only_one ? 1.0 : static_cast<double>(summary.frames - 1);
+  const PartTimes first = only_one ? PartTimes() : report.first;
+  const double wall_s = report.wall_s - first.wall_s;
   summary.complete = !report.interrupted && !report.failure;
   summary.median_ms = held_ms_.value();
   summary.median_lost_ms = lost_ms_.value();
@@ -98,11 +102,11 @@ RunSummary SummaryBuilder::summary(const PipelineReport& report) const {
   const Fit& fit = summary.by_texture ? by_texture_ : without_texture_;
   summary.median_residual = fit.residual.value();
   summary.median_used_pixels = fit.used.value();
-  summary.frames_per_second = report.wall_s > 0 ? static_cast<double>(summary.frames) / report.wall_s : 0;
+  summary.frames_per_second = summary.frames > 0 && wall_s > 0 ? frames / wall_s : 0;
   summary.mean_ms = divided(total_ms_, frames);
-  summary.read_ms = report.read_s * 1e3 / frames;
-  summary.track_ms = report.track_s * 1e3 / frames;
-  summary.write_ms = report.write_s * 1e3 / frames;
+  summary.read_ms = (report.read_s - first.read_s) * 1e3 / frames;
+  summary.track_ms = (report.track_s - first.track_s) * 1e3 / frames;
+  summary.write_ms = (report.write_s - first.write_s) * 1e3 / frames;
   return summary;
 }
 
@@ -139,9 +143,10 @@ std::string summary_text(const RunSummary& summary) {
   }
   const StageTimes& ms = summary.mean_ms;
   text += fmt::format(
-      "  speed    {:.0f} frames a second; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "
+      "  speed    {:.0f} frames a second{}; a frame takes {:.2f} ms to read, {:.2f} to track, {:.2f} to write, side by "
       "side: {} is the slowest\n",
-      summary.frames_per_second, summary.read_ms, summary.track_ms, summary.write_ms, slowest_part(summary));
+      summary.frames_per_second, summary.frames > 1 ? " after the first" : "", summary.read_ms, summary.track_ms,
+      summary.write_ms, slowest_part(summary));
   text += fmt::format(
       "  tracking upload {:.2f}, render {:.2f}, filter {:.2f}, search {:.2f}, solve {:.2f}, other {:.2f} ms{}\n",
       ms.upload, ms.render, ms.filter, ms.search, ms.solve,
