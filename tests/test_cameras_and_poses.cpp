@@ -172,6 +172,13 @@ TEST_CASE("Cameras: the sizes of other dialects, ROS's region and binning") {
     CAPTURE(size);
     check_camera(load(size + matrix), 640, 480);
   }
+  // MATLAB names rows first, beside its own name of the distortion.
+  check_camera(load("ImageSize: [480, 640]\nRadialDistortion: [-0.25, 0.125, 0.03]\n"
+                    "TangentialDistortion: [0.001, -0.002]\nK: [661.5, 0, 318.75, 0, 662.25, 241, 0, 0, 1]\n"),
+               640, 480);
+  const Camera exchanged = load("image_size: [480, 640]\n" + matrix);
+  CHECK(exchanged.width == 480);
+  CHECK_ERROR(io::camera_for_frames(exchanged, 640, 480, true), ErrorCode::camera, "width and height exchanged");
   check_camera(load("w: 640\nh: 480\nfl_x: 661.5\nfl_y: 662.25\ncx: 318.75\ncy: 241\n"), 640, 480);  // NeRF's
   check_camera(load("width: 640\nheight: 480\nfx: 661.5\nfy: 662.25\nppx: 318.75\nppy: 241\n"), 640, 480);
   const std::string ros = "image_width: 640\nimage_height: 480\n" + matrix;
