@@ -200,6 +200,7 @@ BakeReport BakeCommand::bake_tracked() const {
   }
   const Pose T_camera_object = guard ? start_by_outline(*guard, frame.image, T_given, quiet) : T_given;
   baking::ModelCompletion completion(mesh, calibrated, frame.image, T_camera_object, options);
+  warn_if(completion.doubt());
   Progress progress(quiet ? nullptr : stderr, source.frame_count());
   const Interruption interruption;
   std::optional<Tracker> follower;
@@ -260,6 +261,7 @@ BakeReport BakeCommand::bake_posed() const {
     if (!baker) {
       warn_about_units(mesh, T_camera_object, calibrated);
       baker.emplace(baking::make_baker(mesh, calibrated, T_camera_object, options.textures, options.bake));
+      warn_if(baker->doubt());
     }
     report.taken += baker->add_frame(frame.image, T_camera_object, baking::PoseSource::given).taken ? 1 : 0;
     report.first_coverage = report.frames == 1 ? baker->coverage() : report.first_coverage;

@@ -12,6 +12,7 @@
 
 #include "baking/model_completion.hpp"
 #include "baking/photometric_match.hpp"
+#include "baking/texel_map.hpp"
 #include "baking/texture_baker.hpp"
 #include "holdfast/error.hpp"
 #include "simulation/textured_box.hpp"
@@ -358,4 +359,27 @@ TEST_CASE("Frames of another size or format are refused") {
         }).says(ErrorCode::image, {"160x120", "320x240"}));
   const cv::Mat grey(240, 320, CV_8U);
   CHECK(error_of([&] { baker.add_frame(grey, look(0, 0), PoseSource::given); }).says(ErrorCode::image, {"BGR8"}));
+}
+
+TEST_CASE("Texels that two places of the surface share are told, those of both faces of a sheet are not") {
+  Mesh mesh;
+  for (const float z : {0.0F, 0.1F}) {
+    for (const Eigen::Vector2f& corner : {Eigen::Vector2f(0, 0), Eigen::Vector2f(1, 0), Eigen::Vector2f(0, 1)}) {
+      mesh.positions.push_back({0.1F * corner.x(), 0.1F * corner.y(), z});
+      mesh.texture_coordinates.push_back(corner);
+    }
+  }
+  mesh.triangles = {{0, 1, 2}, {2, 1, 0}};
+  const auto shared = [&] {
+    const std::vector<std::uint8_t> flags = map_texels(mesh, {{64, 64}}).shared;
+    return std::count(flags.begin(), flags.end(), 1);
+  };
+  const Camera camera{64, 48, 60, 60, 31.5, 23.5, {}};
+  CHECK(shared() == 0);
+  CHECK_FALSE(TextureBaker(mesh, {{64, 64}}, camera).doubt());
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+  CHECK(shared() > 1900);  // of half the texture, 2048
+  const std::string doubt = TextureBaker(mesh, {{64, 64}}, camera).doubt().value_or("");
+  CHECK(doubt.find("two or more places") != std::string::npos);
+  CHECK(doubt.find("--unwrap") != std::string::npos);
 }

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <string>
 
 #include "baking/texture_baker.hpp"
 #include "holdfast/camera.hpp"
@@ -53,6 +55,8 @@ class ModelCompletion {
   /// gives the tracker the new texture when that is worth it. True when the frame was taken.
   bool update(Tracker& tracker, const cv::Mat& frame, const FrameResult& result);
 
+  /// What is odd about the model's texture coordinates, in one sentence.
+  std::optional<std::string> doubt() const { return baker_.doubt(); }
   double first_coverage() const { return first_coverage_; }
   double coverage() const { return baker_.coverage(); }
   std::int64_t frames_taken() const { return frames_taken_; }

@@ -108,7 +108,9 @@ TexelMap map_texels(const Mesh& mesh, const std::vector<cv::Size>& sizes) {
     map.first.push_back(map.first.back() + static_cast<std::uint32_t>(size.area()));
   }
   std::vector<std::uint8_t> taken(map.count(), 0);
-  std::vector<std::uint8_t> shared(map.count(), 0);
+  std::vector<std::uint32_t> owner(map.count(), 0);  // where it is taken
+  const float apart = 1e-3F * static_cast<float>(mesh.radius());
+  map.shared.assign(map.count(), 0);
   map.triangles.push_back(0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::uint32_t material = material_of(mesh, t);
@@ -123,21 +125,21 @@ TexelMap map_texels(const Mesh& mesh, const std::vector<cv::Size>& sizes) {
     }
     rasterize(corners, size, [&](int x, int y, const Eigen::Vector3d& weights) {
       const std::uint32_t texel = map.first[material] + static_cast<std::uint32_t>(y * size.width + x);
-      if (taken[texel] != 0) {
-        if (weights.minCoeff() > 1e-3) {  // on a common edge it is nobody's loss
-          shared[texel] = 1;
-        }
+      const Eigen::Vector3f p =
+          (weights[0] * p_object[0] + weights[1] * p_object[1] + weights[2] * p_object[2]).cast<float>();
+      if (taken[texel] != 0) {  // on a common edge, or of two faces in one place, it is nobody's loss
+        const bool elsewhere = (p - map.surface[owner[texel]].p_object).norm() > apart;
+        if (weights.minCoeff() > 1e-3 && elsewhere) map.shared[texel] = 1;
         return;
       }
       taken[texel] = 1;
-      const Eigen::Vector3d p = weights[0] * p_object[0] + weights[1] * p_object[1] + weights[2] * p_object[2];
-      map.surface.push_back({p.cast<float>(), texel});
+      owner[texel] = static_cast<std::uint32_t>(map.surface.size());
+      map.surface.push_back({p, texel});
     });
     map.triangles.push_back(static_cast<std::uint32_t>(map.surface.size()));
     const double texels = coordinate_area(mesh, t) * size.area();
     map.area.push_back(texels > 0 ? static_cast<float>(surface_area(mesh, t) / texels) : 0.0F);
   }
-  map.shared = static_cast<std::size_t>(std::count(shared.begin(), shared.end(), std::uint8_t{1}));
   for (std::size_t material = 0; material < sizes.size(); ++material) {
     add_padding(map, taken, material);
   }

@@ -24,7 +24,7 @@ struct TexelMap {
   std::vector<SurfaceTexel> surface;     ///< by triangle
   std::vector<std::uint32_t> triangles;  ///< triangle t owns surface[triangles[t]] up to surface[triangles[t + 1]]
   std::vector<float> area;               ///< a triangle: surface area that one of its texels stands for, square metres
-  std::size_t shared = 0;                ///< texels that lie on several triangles; the first one has them
+  std::vector<std::uint8_t> shared;      ///< of each texel: 1 where another place of the surface lies on it too
 
   /// Texels off the surface, and the nearest one on it: filtering at a chart's border must not meet another chart, nor
   /// nothing.

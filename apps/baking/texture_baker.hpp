@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "baking/candidate_views.hpp"
@@ -75,6 +76,8 @@ class TextureBaker {
   Texture texture(std::size_t material, bool fill) const;
   std::size_t material_count() const { return map_.sizes.size(); }
   std::size_t surface_texels() const { return map_.surface.size(); }
+  /// What is odd about the model's texture coordinates, in one sentence.
+  std::optional<std::string> doubt() const;
 
   /// The mesh with the textures as they are now, filled.
   Mesh model() const;
@@ -126,6 +129,7 @@ class TextureBaker {
   VisibleSurface visible_;
   double surface_area_ = 0;
   double known_area_ = 0;
+  double shared_ = 0;  // share of the texels that lie on two places of the surface and were not known at first
   std::optional<FrameSharpness> sharpest_;
 
   // One a texel:
