@@ -268,7 +268,7 @@ void InitCommand::run_guide() const {
   const Camera used = camera.load(frame.cols, frame.rows);
   const Pose T_guide = io::load_pose(guide);
   warn_if(io::camera_warning(used));
-  warn_about_units(mesh, T_guide, used);
+  if (!warn_about_units(mesh, T_guide, used)) warn_if(guide_doubt(T_guide, mesh, used));
   const std::optional<Pose> found = pose_near(T_guide, mesh, used, device, frame);
   if (!picture_out.empty()) {
     save_picture(picture_out, with_model_sheet(guide_picture(T_guide, found, mesh, used, frame), mesh,

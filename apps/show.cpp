@@ -8,6 +8,7 @@
 #include "common_options.hpp"
 #include "config_file.hpp"
 #include "init/check_picture.hpp"
+#include "messages.hpp"
 #include "separate_files.hpp"
 #include "show/model_sheet.hpp"
 #include "track/output_file.hpp"
@@ -28,6 +29,7 @@ struct ShowCommand {
     }
     const Mesh mesh = model.load();
     app::warn_about_units(mesh);
+    app::warn_if(app::model_doubt(mesh));
     if (!out.empty()) app::save_picture(out, app::model_sheet(mesh, model.path.filename().string(), renderer));
     fmt::print("{}", app::model_text(mesh));
     if (!out.empty()) fmt::print("written        {}\n", out.string());

@@ -27,9 +27,11 @@
 #include "holdfast/io.hpp"
 #include "holdfast/tracker.hpp"
 #include "idle_options.hpp"
+#include "init/guided_pose.hpp"
 #include "messages.hpp"
 #include "number_checks.hpp"
 #include "separate_files.hpp"
+#include "show/model_sheet.hpp"
 #include "slow_notice.hpp"
 #include "track/interruption.hpp"
 #include "track/live_window.hpp"
@@ -125,7 +127,11 @@ int TrackCommand::run() const {
   if (completed_model.empty() && !mesh.has_appearance()) tracker.refuse_for_plain();
   require_start(mesh);
   const Camera calibrated = camera_of(source, mesh);
-  const bool doubts_units = warn_about_units(mesh, T_camera_object, calibrated);
+  std::optional<Pose> T_guide;
+  if (!guide.empty()) T_guide = io::load_pose(guide);
+  warn_if(model_doubt(mesh));
+  const bool doubts_units = warn_about_units(mesh, T_guide ? T_guide : T_camera_object, calibrated);
+  if (T_guide && !doubts_units) warn_if(guide_doubt(*T_guide, mesh, calibrated));
   if (T_camera_object) require_in_view(mesh, calibrated, *T_camera_object);
   std::optional<Frame> first_frame;
   std::optional<baking::ModelCompletion> completion;
@@ -140,17 +146,17 @@ int TrackCommand::run() const {
       T_camera_object = start_by_outline(*guard, first_frame->image, *T_camera_object, quiet);
     }
     completion.emplace(mesh, calibrated, first_frame->image, *T_camera_object, completing);
+    warn_if(completion->doubt());
     given_mesh = std::exchange(mesh, completion->model());
   }
   Tracker follower(mesh, calibrated, options, opened_device ? *opened_device : opened.get());
   if (T_camera_object) follower.reset(*T_camera_object);
   notice.reset();
   std::optional<StartSearch> start_search;
-  if (!guide.empty()) {
-    const Pose T_guide = io::load_pose(guide);
-    const auto detector = std::make_shared<const detection::GuideDetector>(mesh, calibrated, T_guide);
+  if (T_guide) {
+    const auto detector = std::make_shared<const detection::GuideDetector>(mesh, calibrated, *T_guide);
     start_search.emplace([detector](const ImageView& frame) { return detector->detect(frame); }, StartSearch::By::guide,
-                         T_guide);
+                         *T_guide);
   }
   // What is searched after a loss in a file may be made when it is first lost; a camera does not wait.
   const bool recovers = options.recovery && options.quality != Quality::paper && !completion && mesh.has_appearance();

@@ -323,6 +323,16 @@ TEST_CASE("A guide waits, and what it waits for in vain is lost") {
   for (const Row& row : rows_of(scene().folder / "waiting.csv")) check_near(scene().poses[0], row.T_camera_object);
 }
 
+TEST_CASE("A model in a wrong unit is said before a guide is looked for in vain") {
+  io::save_pose(scene().folder / "there.txt", scene().poses[0]);
+  const auto said = [](const std::string& scale) {
+    return scene().track("empty", "plain.obj", {"--guide", "there.txt", "--stop", "1", "--model-scale", scale}).err;
+  };
+  CHECK(said("1").find("warning") == std::string::npos);
+  CHECK(said("8").find("times as wide as the picture") != std::string::npos);
+  CHECK(said("8").find("--model-scale") != std::string::npos);
+}
+
 TEST_CASE("Guides that cannot be are refused") {
   io::save_pose(scene().folder / "behind.txt", Pose(Eigen::Translation3d(0, 0, -1)));
   check_error(scene().track("frames", "plain.obj", {"--guide", "behind.txt"}), kInput, {"guide", "behind the camera"});

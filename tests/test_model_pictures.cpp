@@ -159,3 +159,15 @@ TEST_CASE("A look that is transparent all over is told, and shown as not known")
         known);
   }
 }
+
+TEST_CASE("A closed model whose faces look inwards is doubted, as a mirrored one's do") {
+  Mesh corner;
+  corner.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  corner.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  CHECK_FALSE(app::model_doubt(corner));
+  Mesh mirrored = corner;
+  for (Eigen::Vector3f& position : mirrored.positions) position.x() *= -1;
+  CHECK(app::model_doubt(mirrored).value_or("").find("mirrored") != std::string::npos);
+  mirrored.triangles.pop_back();  // open: no side is the inner one
+  CHECK_FALSE(app::model_doubt(mirrored));
+}

@@ -1,5 +1,9 @@
 #include "init/guided_pose.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "holdfast/detection.hpp"
 #include "init/check_picture.hpp"
 #include "slow_notice.hpp"
@@ -7,6 +11,23 @@
 #include "video/tracker_view.hpp"
 
 namespace holdfast::app {
+namespace {
+
+/// Widths of the picture that an object at a guide is not beyond.
+constexpr double kMostWidths = 1.5;
+
+}  // namespace
+
+std::optional<std::string> guide_doubt(const Pose& T_guide, const Mesh& mesh, const Camera& camera) {
+  const double z = (T_guide * mesh.center()).z();
+  if (z <= 0) return std::nullopt;  // said where it is looked for
+  const double widths = std::max(camera.fx, camera.fy) * 2 * mesh.radius() / z / std::max(camera.width, camera.height);
+  if (widths < kMostWidths) return std::nullopt;
+  return fmt::format(
+      "at the guide the object is {:.2g} times as wide as the picture, so that its outline cannot be seen: check the "
+      "model's unit (--model-scale) and the guide's (metres)",
+      widths);
+}
 
 std::optional<Pose> pose_near(const Pose& T_guide, const Mesh& mesh, const Camera& camera,
                               const DeviceArguments& device, const cv::Mat& frame) {

@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "baking/mesh_topology.hpp"
 #include "holdfast/camera.hpp"
 #include "holdfast/pose.hpp"
 #include "holdfast/renderer.hpp"
@@ -180,6 +181,20 @@ cv::Mat with_model_sheet(const cv::Mat& picture, const Mesh& mesh, const std::st
   cv::resize(sheet, scaled, {sheet.cols * picture.rows / sheet.rows, picture.rows}, 0, 0, cv::INTER_AREA);
   cv::hconcat(picture, scaled, both);
   return both;
+}
+
+std::optional<std::string> model_doubt(const Mesh& mesh) {
+  const Eigen::Vector3d center = mesh.center();
+  double volume = 0;  // looked at first: it takes no time
+  for (const auto& triangle : mesh.triangles) {
+    const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
+      return mesh.positions[triangle[i]].cast<double>() - center;
+    };
+    volume += corner(0).dot(corner(1).cross(corner(2)));
+  }
+  if (volume >= 0 || !baking::topology_of(mesh).inside_out) return std::nullopt;
+  return "the model's faces look inwards: is it mirrored (an axis negated, or two exchanged), so that no pose fits? it "
+         "does no harm if only the corners of its faces are in the wrong order ('holdfast show -o' draws it)";
 }
 
 std::string model_text(const Mesh& mesh) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
 
 #include "holdfast/mesh.hpp"
@@ -14,6 +15,9 @@ cv::Mat model_sheet(const Mesh& mesh, const std::string& name, RendererChoice ch
 
 /// A picture with the model's sheet at its right, as high as the picture.
 cv::Mat with_model_sheet(const cv::Mat& picture, const Mesh& mesh, const std::string& name);
+
+/// A doubt, in one sentence, about a closed model whose faces all look inwards, as those of a mirrored one do.
+std::optional<std::string> model_doubt(const Mesh& mesh);
 
 /// Size, triangles, materials and what share of the surface they give a look, in lines.
 std::string model_text(const Mesh& mesh);
