@@ -261,7 +261,7 @@ BakeReport BakeCommand::bake_posed() const {
     if (!baker) {
       warn_about_units(mesh, T_camera_object, calibrated);
       baker.emplace(baking::make_baker(mesh, calibrated, T_camera_object, options.textures, options.bake));
-      warn_if(baker->doubt());
+      warn_if(baking::coordinate_doubt(*baker));
     }
     report.taken += baker->add_frame(frame.image, T_camera_object, baking::PoseSource::given).taken ? 1 : 0;
     report.first_coverage = report.frames == 1 ? baker->coverage() : report.first_coverage;

@@ -376,10 +376,10 @@ TEST_CASE("Texels that two places of the surface share are told, those of both f
   };
   const Camera camera{64, 48, 60, 60, 31.5, 23.5, {}};
   CHECK(shared() == 0);
-  CHECK_FALSE(TextureBaker(mesh, {{64, 64}}, camera).doubt());
+  CHECK_FALSE(coordinate_doubt(TextureBaker(mesh, {{64, 64}}, camera)));
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
   CHECK(shared() > 1900);  // of half the texture, 2048
-  const std::string doubt = TextureBaker(mesh, {{64, 64}}, camera).doubt().value_or("");
+  const std::string doubt = coordinate_doubt(TextureBaker(mesh, {{64, 64}}, camera)).value_or("");
   CHECK(doubt.find("two or more places") != std::string::npos);
   CHECK(doubt.find("--unwrap") != std::string::npos);
 }

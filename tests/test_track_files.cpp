@@ -175,7 +175,8 @@ TEST_CASE("a JSON file is valid after every frame") {
   }
   PipelineReport report;
   report.frames = 5;
-  report.wall_s = 2;
+  report.wall_s = 2.4;
+  report.first.wall_s = 0.8;
   writer.finish(figures.summary(report));
   const nlohmann::json whole = nlohmann::json::parse(read_file(path));
   REQUIRE(whole["frames"].size() == 5);

@@ -1,6 +1,7 @@
 #include "baking/model_completion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "baking/unwrap.hpp"
@@ -11,6 +12,8 @@ namespace {
 
 /// A texel that another look was averaged into changed this much less than one that is new.
 constexpr double kAveragedNews = 0.1;
+/// Share of texels on two places of the surface that is no mere overlap at the border of charts.
+constexpr double kMostShared = 0.01;
 
 /// Pixels a metre of surface that faces the camera where the object is nearest.
 double camera_resolution(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object) {
@@ -57,6 +60,13 @@ TextureBaker make_baker(const Mesh& mesh, const Camera& camera, const Pose& T_ca
     }
   }
   return TextureBaker(mesh, sizes, camera, options, keep);
+}
+
+std::optional<std::string> coordinate_doubt(const TextureBaker& baker) {
+  if (baker.shared() < kMostShared) return std::nullopt;
+  return std::to_string(std::lround(100 * baker.shared())) +
+         " % of the texture lies on two or more places of the surface, which all get what one of them shows: "
+         "'holdfast bake --unwrap' gives each its own";
 }
 
 ModelCompletion::ModelCompletion(const Mesh& mesh, const Camera& camera, const cv::Mat& first_frame,

@@ -27,6 +27,9 @@ struct TextureOptions {
 TextureBaker make_baker(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object,
                         const TextureOptions& textures, const BakeOptions& options);
 
+/// What is odd about the texture coordinates of a baker's model, in one sentence.
+std::optional<std::string> coordinate_doubt(const TextureBaker& baker);
+
 struct CompletionOptions {
   BakeOptions bake;
   TextureOptions textures;
@@ -56,7 +59,7 @@ class ModelCompletion {
   bool update(Tracker& tracker, const cv::Mat& frame, const FrameResult& result);
 
   /// What is odd about the model's texture coordinates, in one sentence.
-  std::optional<std::string> doubt() const { return baker_.doubt(); }
+  std::optional<std::string> doubt() const { return coordinate_doubt(baker_); }
   double first_coverage() const { return first_coverage_; }
   double coverage() const { return baker_.coverage(); }
   std::int64_t frames_taken() const { return frames_taken_; }

@@ -23,8 +23,6 @@ constexpr float kLeastCompared = 4;
 constexpr std::size_t kMostPairs = 3000;
 /// A given pose's view replaces another one's when it is this much better: no patchwork of nearly equal views.
 constexpr float kBetterGivenView = 1.25F;
-/// Share of texels on two places of the surface that is no mere overlap at the border of charts.
-constexpr double kMostShared = 0.01;
 /// Views down to this share of a texel's score are averaged with it.
 constexpr float kAsGood = 0.8F;
 
@@ -81,13 +79,6 @@ TextureBaker::TextureBaker(const Mesh& mesh, const std::vector<cv::Size>& sizes,
   for (std::size_t i = 0; i < map_.shared.size(); ++i) {
     shared_ += map_.shared[i] != 0 && states_[i] == State::unknown ? 1.0 / static_cast<double>(surface_texels()) : 0.0;
   }
-}
-
-std::optional<std::string> TextureBaker::doubt() const {
-  if (shared_ < kMostShared) return std::nullopt;
-  return std::to_string(std::lround(100 * shared_)) +
-         " % of the texture lies on two or more places of the surface, which all get what one of them shows: "
-         "'holdfast bake --unwrap' gives each its own";
 }
 
 void TextureBaker::keep_known(const Mesh& mesh) {

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "baking/candidate_views.hpp"
@@ -76,8 +75,8 @@ class TextureBaker {
   Texture texture(std::size_t material, bool fill) const;
   std::size_t material_count() const { return map_.sizes.size(); }
   std::size_t surface_texels() const { return map_.surface.size(); }
-  /// What is odd about the model's texture coordinates, in one sentence.
-  std::optional<std::string> doubt() const;
+  /// Share of the texels that lie on two places of the surface and were not known at first.
+  double shared() const { return shared_; }
 
   /// The mesh with the textures as they are now, filled.
   Mesh model() const;
@@ -129,7 +128,7 @@ class TextureBaker {
   VisibleSurface visible_;
   double surface_area_ = 0;
   double known_area_ = 0;
-  double shared_ = 0;  // share of the texels that lie on two places of the surface and were not known at first
+  double shared_ = 0;
   std::optional<FrameSharpness> sharpest_;
 
   // One a texel:
