@@ -44,7 +44,10 @@ def _replace(module: types.ModuleType, owner: Any, name: str, function: Any) -> 
     if not hasattr(function, "__nb_signature__") or (name[:2] == "__" and name not in ("__init__", "__getitem__")):
         return
     shown = owner.__name__ if name == "__init__" else name
-    signature = _signature(function)
+    try:
+        signature = _signature(function)
+    except (AssertionError, IndexError, SyntaxError, TypeError, ValueError):
+        return  # a nanobind that writes signatures in another way: its own messages stay
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
