@@ -329,7 +329,7 @@ TEST_CASE("A model in a wrong unit is said before a guide is looked for in vain"
     return scene().track("empty", "plain.obj", {"--guide", "there.txt", "--stop", "1", "--model-scale", scale}).err;
   };
   CHECK(said("1").find("warning") == std::string::npos);
-  CHECK(said("8").find("times as wide as the picture") != std::string::npos);
+  CHECK(said("8").find("times the picture") != std::string::npos);
   CHECK(said("8").find("--model-scale") != std::string::npos);
 }
 

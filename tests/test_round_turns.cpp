@@ -146,6 +146,13 @@ TEST_CASE("a turn that texture does not show is taken from the outline's equatio
   CHECK((taken.A * about).norm() < 1e-9 * outline.A.norm());
   CHECK(std::abs(taken.h.dot(about)) < 1e-9 * outline.h.norm());
   CHECK((left(along, 1, {turn}).A - outline.A).norm() == 0);
+  // A ball's turns add up to one about any axis.
+  Twist x = Twist::Zero(), y = Twist::Zero(), z = Twist::Zero();
+  x(3) = y(4) = z(5) = 1;
+  CHECK((left(x + y + z, 1, {x, y, z}).A * (x + y + z)).norm() < 1e-9 * outline.A.norm());
   CHECK((left(turn, 1, {}).A - outline.A).norm() == 0);
   CHECK((left(turn, 0.1, {turn}).A - outline.A).norm() == 0);
+  outline = without_turns(outline, {turn});
+  CHECK((left(turn, 1, {turn}).A - outline.A).norm() < 1e-9 * outline.A.norm());
+  CHECK((left(turn, 1, {turn}).h - outline.h).norm() < 1e-9 * outline.h.norm());
 }

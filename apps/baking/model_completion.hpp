@@ -27,7 +27,7 @@ struct TextureOptions {
 TextureBaker make_baker(const Mesh& mesh, const Camera& camera, const Pose& T_camera_object,
                         const TextureOptions& textures, const BakeOptions& options);
 
-/// What is odd about the texture coordinates of a baker's model, in one sentence.
+/// A doubt, in one sentence, about the texture coordinates of a baker's model.
 std::optional<std::string> coordinate_doubt(const TextureBaker& baker);
 
 struct CompletionOptions {
@@ -58,7 +58,7 @@ class ModelCompletion {
   /// gives the tracker the new texture when that is worth it. True when the frame was taken.
   bool update(Tracker& tracker, const cv::Mat& frame, const FrameResult& result);
 
-  /// What is odd about the model's texture coordinates, in one sentence.
+  /// A doubt, in one sentence, about the model's texture coordinates.
   std::optional<std::string> doubt() const { return coordinate_doubt(baker_); }
   double first_coverage() const { return first_coverage_; }
   double coverage() const { return baker_.coverage(); }

@@ -13,8 +13,8 @@
 namespace holdfast::app {
 namespace {
 
-/// Widths of the picture that an object at a guide is not beyond.
-constexpr double kMostWidths = 1.5;
+/// Widths of the picture that the diagonal of an object at a guide is not beyond.
+constexpr double kMostWidths = 2.5;
 
 }  // namespace
 
@@ -24,8 +24,8 @@ std::optional<std::string> guide_doubt(const Pose& T_guide, const Mesh& mesh, co
   const double widths = std::max(camera.fx, camera.fy) * 2 * mesh.radius() / z / std::max(camera.width, camera.height);
   if (widths < kMostWidths) return std::nullopt;
   return fmt::format(
-      "at the guide the object is {:.2g} times as wide as the picture, so that its outline cannot be seen: check the "
-      "model's unit (--model-scale) and the guide's (metres)",
+      "at the guide the object's diagonal is {:.2g} times the picture's width, too large for its outline to be seen: "
+      "check the model's unit (--model-scale) and the guide's (metres)",
       widths);
 }
 

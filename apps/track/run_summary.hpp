@@ -36,11 +36,10 @@ struct RunSummary {
   /// Of these, intensity in [0, 1]; where most are held without it, of the contour, pixels; 0: none held.
   double median_residual = 0;
   double median_used_pixels = 0;  ///< of the same frames; of the contour, lines across it
-  /// After the first frame, where there are more.
-  double frames_per_second = 0;
-  StageTimes mean_ms;   ///< of tracking
-  double read_ms = 0;   ///< mean a frame, busy time of the other two parts
-  double track_ms = 0;  ///< of this one, with all around the tracker
+  double frames_per_second = 0;   ///< this and the following: after the first frame, where there are more
+  StageTimes mean_ms;             ///< of tracking
+  double read_ms = 0;             ///< mean a frame, busy time of the other two parts
+  double track_ms = 0;            ///< of this one, with all around the tracker
   double write_ms = 0;
 };
 

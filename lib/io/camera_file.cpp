@@ -129,7 +129,7 @@ void set_size(Camera& camera, const json& document, const fs::path& path) {
     if (!size->is_array() || size->size() != 2) {
       fail_camera(path, "'image_size' is not [width, height]");
     }
-    // MATLAB's names rows first. Under these names, written so, no other program keeps both.
+    // Only MATLAB writes both names so; its sizes are rows, columns.
     const std::size_t across = document.contains("ImageSize") && document.contains("RadialDistortion") ? 1 : 0;
     camera.width = size_in_pixels((*size)[across], path, "image_size");
     camera.height = size_in_pixels((*size)[1 - across], path, "image_size");
@@ -344,10 +344,10 @@ Camera camera_for_frames(const Camera& camera, int width, int height, bool resca
     if (camera.width == height && camera.height == width) {
       throw Error(
           ErrorCode::camera,
-          fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: width and height exchanged; "
-                      "if the calibration names its rows first, exchange them there; if the frames are turned "
-                      "by 90 degrees, turn them or calibrate with frames that stand as these do (pictures are "
-                      "read as they are stored, whatever they say of their orientation)",
+          fmt::format("the frames are {}x{} but the camera was calibrated at {}x{}: width and height exchanged. "
+                      "Exchange them in the calibration (MATLAB's ImageSize is rows, columns), or, if the frames are "
+                      "turned by 90 degrees, turn them (pictures are read as they are stored, whatever they say of "
+                      "their orientation)",
                       width, height, camera.width, camera.height));
     }
     if (std::abs(std::log(shape * calibrated_shape)) < kSameShape && std::abs(std::log(shape)) > kSameShape) {

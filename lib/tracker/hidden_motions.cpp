@@ -1,6 +1,5 @@
 #include "tracker/hidden_motions.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace holdfast {
@@ -8,16 +7,23 @@ namespace {
 
 /// Reliability of texture from which what it does not show is believed not to show.
 constexpr double kTelling = 0.5;
-/// Cosine between a motion that does not show and a round shape's turn from which it is that turn: print has errors.
+/// Cosine between a motion that does not show and a round shape's turns from which it is one of them: print has errors.
 constexpr double kThatTurn = 0.7;
 
 /// Takes away what the equations tell of a motion, alone and together with others.
 void forget(const Twist& motion, NormalEquations& equations) {
   const Twist told = equations.A * motion;
   const double information = motion.dot(told);
-  if (information <= 0) return;
+  if (information <= 1e-9 * equations.A.trace()) return;  // nothing but rounding
   equations.h -= told * (motion.dot(equations.h) / information);
   equations.A -= told * told.transpose() / information;
+}
+
+/// Cosine between a motion of unit length and the nearest turn that these add up to; they are at right angles.
+double cosine(const Twist& motion, const std::vector<Twist>& turns) {
+  double square = 0;
+  for (const Twist& turn : turns) square += std::pow(motion.dot(turn.normalized()), 2);
+  return std::sqrt(square);
 }
 
 }  // namespace
@@ -28,8 +34,7 @@ NormalEquations without_hidden(NormalEquations outline, const TextureTerms& text
   const Matrix6 B = to_camera_axes(T_drawn);
   for (int i = 0; i < texture.unobservable.count; ++i) {
     const Twist motion = (B.transpose() * texture.unobservable.motions.col(i)).normalized();
-    const auto that = [&](const Twist& turn) { return std::abs(motion.dot(turn.normalized())) > kThatTurn; };
-    if (std::ranges::any_of(turns, that)) forget(motion, outline);
+    if (cosine(motion, turns) > kThatTurn) forget(motion, outline);
   }
   return outline;
 }
