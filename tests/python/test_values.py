@@ -72,3 +72,32 @@ def test_a_damaged_pickle_is_refused(camera):
     for state in [(), (1, 2), (320, 240, 1.0, 1.0, 0.0, 0.0, b"short", 0)]:
         with pytest.raises(ValueError, match="another version"):
             holdfast.Camera.__new__(holdfast.Camera).__setstate__(state)
+
+
+def test_damaged_pictures_and_meshes_are_refused(tracker, simulation, frames, box, camera):
+    tracker.track(frames[1])
+    evaluated = holdfast.evaluate(tracker, frames[:2], simulation.poses[:2])[1]
+    for value, place, wrong in [
+        (tracker.rendered_view(), 0, 7777), (tracker.rendered_view(), 1, -1), (tracker.rendered_view(), 2, b""),
+        (simulation[1], 0, np.uint8(3)), (simulation[1], 0, np.zeros(3, np.uint8)), (simulation[1], 0, "frame"),
+        (box, 5, [("name", (1000, 1000, b"rgba"))]), (camera, 0, "wide"), (evaluated, 11, (1, 2)),
+    ]:  # fmt: skip
+        state = list(value.__getstate__())
+        state[place] = wrong
+        with pytest.raises(ValueError, match="another version"):
+            type(value).__new__(type(value)).__setstate__(tuple(state))
+    state = list(box.__getstate__())
+    state[0] = state[0][:12]
+    with pytest.raises(holdfast.Error, match="vertices"):
+        holdfast.Mesh.__new__(holdfast.Mesh).__setstate__(tuple(state))
+
+
+def test_attributes_of_subclasses_are_not_lost_in_silence():
+    class Named(holdfast.Camera):
+        pass
+
+    named = Named(330, 330, 160, 120, 320, 240)
+    assert copy.copy(named) == named and type(copy.copy(named)) is Named
+    named.name = "left"
+    with pytest.raises(TypeError, match="attributes of a subclass"):
+        copy.copy(named)

@@ -10,17 +10,19 @@ import numbers
 import types
 from typing import Any, Callable
 
-#: What fits an annotation.
+#: Tests of annotations.
 KINDS: dict[str, Callable[[Any], bool]] = {
     "None": lambda value: value is None,
     "bool": lambda value: isinstance(value, bool),
+    "bytes": lambda value: isinstance(value, bytes),
+    "dict": lambda value: isinstance(value, dict),
     "float": lambda value: isinstance(value, numbers.Real),
     "int": lambda value: isinstance(value, numbers.Integral),
     "os.PathLike": lambda value: hasattr(value, "__fspath__"),
     "str": lambda value: isinstance(value, str),
 }
 
-#: What helps where an object of a class is expected.
+#: Advice for arguments of a class.
 ADVICE = {
     "Camera": "Camera.load() reads a file, Camera.from_matrix() takes a 3x3 matrix",
     "Device": "Device('cpu') opens one",
@@ -95,8 +97,10 @@ def _message(
         expected = signature.parameters[argument].annotation
         if argument != "self" and isinstance(expected, str) and not _fits(module, value, expected):
             return f"{argument}: expected {expected}, got {_described(value)}{_advice(module, expected)}"
+    annotations = [str(signature.parameters[argument].annotation) for argument in given]
+    is_sure = not any("[" in each and not each.startswith("numpy.typing.") for each in annotations)
     for argument, value in given.items():
-        if isinstance(value, numbers.Integral) and not 0 <= int(value) < 2**31:
+        if is_sure and isinstance(value, numbers.Integral) and not 0 <= int(value) < 2**31:
             return f"{argument}: {value} is out of range"
     return f"{name}(): arguments do not fit: {name}{signature}"
 
@@ -104,15 +108,22 @@ def _message(
 def _fits(module: types.ModuleType, value: Any, expected: str) -> bool:
     if "[" in expected or "ArrayLike" in expected:  # arrays and sequences: only None is refused for sure
         return value is not None or expected.endswith("| None")
-    kinds = expected.split(" | ")
-    return any(KINDS[kind](value) if kind in KINDS else isinstance(value, getattr(module, kind)) for kind in kinds)
+    return any(_is(module, value, kind) for kind in expected.split(" | "))
+
+
+def _is(module: types.ModuleType, value: Any, kind: str) -> bool:
+    if kind in KINDS:
+        return KINDS[kind](value)
+    known = getattr(module, kind, None)
+    return not inspect.isclass(known) or isinstance(value, known)  # nothing is said against what is not known
 
 
 def _described(value: Any) -> str:
-    if hasattr(value, "shape") and hasattr(value, "dtype"):
+    if hasattr(value, "dtype") and getattr(value, "shape", ()) != ():
         return f"{value.dtype} array of shape {value.shape}"
-    text = repr(value)
-    return type(value).__name__ + (f" {text}" if isinstance(value, (str, bytes, int, float)) and len(text) < 60 else "")
+    text = str(value) if isinstance(value, numbers.Number) else repr(value)  # numpy's numbers name their type in repr
+    is_short = isinstance(value, (str, bytes, numbers.Number)) and len(text) < 60
+    return type(value).__name__ + (f" {text}" if is_short else "")
 
 
 def _advice(module: types.ModuleType, expected: str) -> str:

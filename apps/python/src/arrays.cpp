@@ -118,7 +118,7 @@ FrameArgument frame_argument(nb::handle value, const char* name, std::optional<P
     const bool of_pillow = nb::hasattr(value, "convert") && nb::hasattr(value, "mode");
     const char* hint = value.is_none()               ? " (the end of the video?)"
                        : nb::hasattr(value, "image") ? ": pass its image"
-                       : of_pillow                   ? ": pass numpy.asarray of it, and format=PixelFormat.rgb8"
+                       : of_pillow                   ? ": pass numpy.asarray(picture.convert('RGB'))[..., ::-1].copy()"
                        : file                        ? ": Video() reads files, for frame in Video(...): frame.image"
                                                      : "";
     refuse_type(std::string(name) + ": expected a numpy array of uint8, got " + described(value) + hint);

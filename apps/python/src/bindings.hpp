@@ -9,7 +9,8 @@ namespace holdfast::python {
 inline constexpr int kCaller = 2;
 
 /// Makes calls of a class run its `__init__`, which arguments.py replaces, and not nanobind's way past it.
-inline PyType_Slot kCheckedCalls[] = {{82 /* Py_tp_vectorcall, which older headers lack */, nullptr}, {0, nullptr}};
+inline const PyType_Slot kCheckedCalls[] = {{82 /* Py_tp_vectorcall, which older headers lack */, nullptr},
+                                            {0, nullptr}};
 
 void bind_error(nanobind::module_& module);
 void bind_camera(nanobind::module_& module);

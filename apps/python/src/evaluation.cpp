@@ -22,6 +22,9 @@
 namespace holdfast::evaluation {
 
 inline auto fields_of(const PoseError* /*error*/) { return std::tuple(&PoseError::translation, &PoseError::rotation); }
+inline auto fields_of(const OccluderUse* /*use*/) {
+  return std::tuple(&OccluderUse::used, &OccluderUse::on_occluder, &OccluderUse::overlaps);
+}
 
 }  // namespace holdfast::evaluation
 
@@ -144,7 +147,8 @@ void bind_evaluation(nb::module_& module) {
   nb::class_<FrameRecord> record_class(module, "FrameRecord", "One frame of an evaluation.");
   make_value(record_class, &FrameRecord::frame, &FrameRecord::step, &FrameRecord::offset,
              &FrameRecord::T_camera_object_true, &FrameRecord::result, &FrameRecord::error, &FrameRecord::visible,
-             &FrameRecord::counted, &FrameRecord::failed);
+             &FrameRecord::counted, &FrameRecord::failed, &FrameRecord::add, &FrameRecord::add_s,
+             &FrameRecord::occluder);
   record_class.def_ro("frame", &FrameRecord::frame, "Number of the frame.")
       .def_ro("result", &FrameRecord::result, "What the tracker said.")
       .def_prop_ro(

@@ -9,6 +9,15 @@
 #include "holdfast/tracker.hpp"
 #include "values.hpp"
 
+namespace holdfast {
+
+inline bool is_sound(const RenderedView& view) {
+  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  return view.width >= 0 && view.height >= 0 && view.rgba.size() == 4 * pixels && view.depth.size() == pixels;
+}
+
+}  // namespace holdfast
+
 namespace holdfast::python {
 namespace {
 

@@ -23,6 +23,15 @@ inline auto fields_of(const Texture* /*texture*/) {
 }
 inline auto fields_of(const Material* /*material*/) { return std::tuple(&Material::name, &Material::texture); }
 
+inline bool is_sound(const Texture& texture) {
+  return texture.width >= 0 && texture.height >= 0 &&
+         texture.rgba.size() == 4 * static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height);
+}
+inline bool is_sound(const Mesh& mesh) {
+  mesh.validate();
+  return true;
+}
+
 }  // namespace holdfast
 
 namespace holdfast::python {

@@ -9,9 +9,11 @@
 #include <array>
 #include <cstring>
 #include <new>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -35,11 +37,24 @@ inline constexpr bool kVector = false;
 template <class T>
 inline constexpr bool kVector<std::vector<T>> = true;
 
+template <class T>
+inline constexpr bool kOptional = false;
+template <class T>
+inline constexpr bool kOptional<std::optional<T>> = true;
+
 /// Structs that Python does not know: a function fields_of(const T*) beside the struct gives a tuple of its fields.
 template <class T>
 concept HasFieldTable = requires(const T* value) {
   fields_of(value);
 };
+
+/// Values whose fields must agree: a function is_sound(const T&) beside the struct says whether they do, or throws.
+template <class T>
+concept HasCheck = requires(const T& value) {
+  is_sound(value);
+};
+
+[[noreturn]] inline void refuse_pickle() { throw nb::value_error("the pickle is of another version of holdfast"); }
 
 template <class T>
 nb::object state_of(const T& value) {
@@ -50,6 +65,8 @@ nb::object state_of(const T& value) {
                       fields_of(&value));
   } else if constexpr (std::is_enum_v<T>) {
     return nb::int_(static_cast<int>(value));
+  } else if constexpr (kOptional<T>) {
+    return value ? state_of(*value) : nb::none();
   } else if constexpr (kVector<T>) {
     using Element = typename T::value_type;
     if constexpr (kFlat<Element>) return nb::bytes(value.data(), value.size() * sizeof(Element));
@@ -69,31 +86,37 @@ void restore(nb::handle state, T& value);
 /// Numbers of a state; `size`: the bytes that they must be, a multiple of it where `whole` is false.
 inline nb::bytes bytes_of(nb::handle state, std::size_t size, bool whole) {
   auto bytes = nb::cast<nb::bytes>(state);
-  if (bytes.size() % size != 0 || (whole && bytes.size() != size)) {
-    throw nb::value_error("the pickle is of another version of holdfast");
-  }
+  if (bytes.size() % size != 0 || (whole && bytes.size() != size)) refuse_pickle();
   return bytes;
 }
 
 template <class T, class... Field>
 void restore_fields(nb::handle state, T& value, Field T::*... fields) {
   const auto states = nb::cast<nb::tuple>(state);
-  if (states.size() != sizeof...(fields)) throw nb::value_error("the pickle is of another version of holdfast");
+  if (states.size() != sizeof...(fields)) refuse_pickle();
   std::size_t i = 0;
   (restore(states[i++], value.*fields), ...);
+  if constexpr (HasCheck<T>) {
+    if (!is_sound(value)) refuse_pickle();
+  }
 }
 
 template <class T>
 void restore(nb::handle state, T& value) {
   if constexpr (std::is_same_v<T, cv::Mat>) {
     const auto array = nb::cast<nb::ndarray<const std::uint8_t, nb::c_contig, nb::device::cpu>>(state);
-    const int channels = array.ndim() == 3 ? static_cast<int>(array.shape(2)) : 1;
-    value.create(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)), CV_8UC(channels));
+    const std::size_t channels = array.ndim() == 3 ? array.shape(2) : array.ndim() == 2 ? 1 : 0;
+    if (channels < 1 || channels > 4) refuse_pickle();
+    value.create(static_cast<int>(array.shape(0)), static_cast<int>(array.shape(1)),
+                 CV_8UC(static_cast<int>(channels)));
     std::memcpy(value.data, array.data(), array.size());
   } else if constexpr (HasFieldTable<T>) {
     std::apply([&](auto... fields) { restore_fields(state, value, fields...); }, fields_of(&value));
   } else if constexpr (std::is_enum_v<T>) {
     value = static_cast<T>(nb::cast<int>(state));
+  } else if constexpr (kOptional<T>) {
+    value.reset();
+    if (!state.is_none()) restore(state, value.emplace());
   } else if constexpr (kVector<T>) {
     using Element = typename T::value_type;
     if constexpr (kFlat<Element>) {
@@ -113,10 +136,20 @@ void restore(nb::handle state, T& value) {
 /// Makes the class one whose objects copy.copy() and pickle take.
 template <class T, class... Field>
 void make_value(nb::class_<T>& bound, Field T::*... fields) {
-  bound.def("__getstate__", [fields...](const T& value) { return nb::make_tuple(state_of(value.*fields)...); });
+  bound.def("__getstate__", [fields...](nb::handle self) {
+    if (nb::len(nb::getattr(self, "__dict__", nb::tuple())) > 0) {
+      throw nb::type_error("attributes of a subclass are not copied or pickled: give it a __reduce__");
+    }
+    const T& value = nb::cast<const T&>(self);
+    return nb::make_tuple(state_of(value.*fields)...);
+  });
   bound.def("__setstate__", [fields...](T& self, const nb::tuple& state) {
     T value{};
-    restore_fields(state, value, fields...);
+    try {
+      restore_fields(state, value, fields...);
+    } catch (const std::bad_cast&) {
+      refuse_pickle();
+    }
     new (&self) T(std::move(value));
   });
 }
