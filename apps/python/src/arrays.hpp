@@ -47,7 +47,7 @@ struct FrameArgument {
 /// the number of channels. `repair`: what makes pixels lie as they must, for the message.
 FrameArgument frame_argument(nb::handle value, const char* name, std::optional<PixelFormat> format,
                              const char* repair =
-                                 "pass numpy.ascontiguousarray of it (RGB needs no turning round: "
+                                 "pass numpy.ascontiguousarray of it (track() takes RGB without turning it round: "
                                  "format=PixelFormat.rgb8)");
 
 /// A BGR frame as OpenCV's matrix, without a copy.
