@@ -136,6 +136,8 @@ TEST_CASE("view and mask are of the last frame, refine()'s too") {
     tracker.reset(sequence().pose(0));
     tracker.track(view_of(frames()[0]));
     const FrameResult refined = tracker.refine(view_of(frames()[2]), sequence().pose(2));
+    CHECK(refined.ms.solve > 0);
+    CHECK(refined.ms.total > refined.ms.solve + refined.ms.render);
     CHECK(pose_error(refined.T_camera_object, tracker.rendered_view().T_camera_object).millimetres < 1);
     const auto decided = [&] {
       const PixelMask mask = tracker.pixel_mask();

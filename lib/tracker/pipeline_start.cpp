@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "base/one_color.hpp"
+#include "base/stopwatch.hpp"
 #include "recovery/symmetries.hpp"
 #include "tracker/pipeline.hpp"
 
@@ -61,19 +62,25 @@ void Pipeline::reset(const Pose& T_camera_object, const UploadFrame& upload, std
 }
 
 FrameResult Pipeline::refine(const UploadFrame& upload, const Pose& T_start) {
-  // Judged as a pose that was given, not as one to be found again.
-  TrackingState asked = state_;
-  asked.motion.reset(T_start);
-  asked.suspected.reset();
-  upload_ = &upload;
-  uploaded_ = {};
-  prior_ = asked.motion.predict(1);
-  aligner_.start_frame(asked, prior_);
-  if (!asked.colors.known()) see(T_start, Given::roughly, asked);
-  last_ = tuning_.paper() ? follow_once(T_start, asked) : follow_fully({T_start}, false, asked);
-  FrameResult result = report(last_, asked);
+  double total = 0;
+  FrameResult result;
+  {
+    const Stopwatch watch(total);
+    // Judged as a pose that was given, not as one to be found again.
+    TrackingState asked = state_;
+    asked.motion.reset(T_start);
+    asked.suspected.reset();
+    upload_ = &upload;
+    uploaded_ = {};
+    prior_ = asked.motion.predict(1);
+    aligner_.start_frame(asked, prior_);
+    if (!asked.colors.known()) see(T_start, Given::roughly, asked);
+    last_ = tuning_.paper() ? follow_once(T_start, asked) : follow_fully({T_start}, false, asked);
+    result = report(last_, asked);
+    aligner_.contour().use_colors(state_.colors);
+  }
   result.ms = aligner_.times();
-  aligner_.contour().use_colors(state_.colors);
+  result.ms.total = total;
   return result;
 }
 
