@@ -53,6 +53,22 @@ void add_block(Mesh& mesh, const Eigen::Vector3f& size, const Eigen::Vector3f& a
   }
 }
 
+Twist any_twist(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return Twist::NullaryExpr([&] { return normal(random); });
+}
+
+/// Of twenty rows.
+NormalEquations any_equations(std::mt19937& random) {
+  NormalEquations equations;
+  for (int i = 0; i < 20; ++i) {
+    const Twist row = any_twist(random);
+    equations.A += row * row.transpose();
+    equations.h += any_twist(random)(0) * row;
+  }
+  return equations;
+}
+
 }  // namespace
 
 TEST_CASE("a can has one turn, about its axis wherever that is; a ball has three") {
@@ -95,14 +111,8 @@ TEST_CASE("boxes, prisms of few sides, cups with a handle and bent rods are not 
 
 TEST_CASE("equations without a turn: no answer to it, the same to every motion without its part of it") {
   std::mt19937 random(9);
-  std::normal_distribution<double> normal;
-  const auto any = [&] { return Twist(Twist::NullaryExpr([&] { return normal(random); })); };
-  NormalEquations outline;
-  for (int i = 0; i < 20; ++i) {
-    const Twist row = any();
-    outline.A += row * row.transpose();
-    outline.h += normal(random) * row;
-  }
+  const auto any = [&] { return any_twist(random); };
+  const NormalEquations outline = any_equations(random);
   Twist turn = any();
   turn.tail<3>().normalize();
   const NormalEquations left = without_turns(outline, {turn});
@@ -121,14 +131,8 @@ TEST_CASE("equations without a turn: no answer to it, the same to every motion w
 
 TEST_CASE("a turn that texture does not show is taken from the outline's equations, other motions are not") {
   std::mt19937 random(11);
-  std::normal_distribution<double> normal;
-  const auto any = [&] { return Twist(Twist::NullaryExpr([&] { return normal(random); })); };
-  NormalEquations outline;
-  for (int i = 0; i < 20; ++i) {
-    const Twist row = any();
-    outline.A += row * row.transpose();
-    outline.h += normal(random) * row;
-  }
+  const auto any = [&] { return any_twist(random); };
+  NormalEquations outline = any_equations(random);
   Pose T_drawn = Pose::Identity();
   T_drawn.linear() = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   T_drawn.translation().z() = 0.5;
