@@ -106,7 +106,6 @@ class Pipeline {
   /// Keeps how the frame shows a model that has no appearance of its own.
   void learn_snapshot(const Alignment& alignment);
   void learn_light(const Alignment& alignment, TrackingState& state);
-  void learn_texels(const Alignment& alignment);
   void warm_up();
 
   Tuning tuning_;
