@@ -231,6 +231,10 @@ bool is_held(const Alignment& a, const AcceptanceContext& context) {
   return is_held_by_texture(a, context) || is_held_by_contour(a, context) || is_held_by_snapshot(a, context);
 }
 
+bool may_go_on(const Alignment& a, const AcceptanceContext& context) {
+  return a.solved && (a.has_contour || a.has_edges) && outline_score(a, context.usual_outline) >= kPromisingContour;
+}
+
 bool is_promising(const Alignment& a, const AcceptanceContext& context) {
   if (!a.solved) return false;
   if (context.expected && context.texture_trust <= kTextureLeads &&

@@ -61,6 +61,9 @@ bool shows_all(const Alignment& alignment, const UsualOutline& usual);
 /// Found again after a loss, if the next frames agree.
 bool is_probable(const Alignment& alignment, const AcceptanceContext& context);
 
+/// The outline is there, though not clearly: what frames before have shown of it counts on.
+bool may_go_on(const Alignment& alignment, const AcceptanceContext& context);
+
 /// Not to be believed, but worth starting from in the next frame.
 bool is_promising(const Alignment& alignment, const AcceptanceContext& context);
 

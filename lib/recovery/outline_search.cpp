@@ -25,7 +25,7 @@ constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
 constexpr std::size_t kMostPoints = 96, kLeastPoints = 16;
 constexpr int kReach = 2;
 /// Nominal milliseconds of reading a frame and of a template, and templates that are compared with a frame anyhow.
-constexpr double kFrameMs = 6, kTemplateMs = 0.045;
+constexpr double kFrameMs = 6, kTemplateMs = 0.02;
 constexpr std::size_t kLeastTemplates = 100;
 /// They are compared by one of so many of their points, and the best, one of so many, by all.
 constexpr std::size_t kEach = 3, kLookedAt = 8;
@@ -37,7 +37,7 @@ constexpr std::size_t kEachRefined = 2;
 constexpr double kFirstTurn = 0.12, kFirstShift = 2;
 constexpr int kSteps = 3, kRounds = 4;
 /// Starts that are proposed, and how far apart they are, object radii or radians.
-constexpr std::size_t kMostStarts = 3;
+constexpr std::size_t kMostStarts = 2;
 constexpr double kApart = 0.5, kTurnedApart = 0.3;
 
 }  // namespace

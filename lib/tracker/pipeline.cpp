@@ -46,18 +46,19 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
     const Pose& T_start = tuning_.predict_velocity ? prior_.T_camera_object : state_.motion.pose();
     state_.print_missing = false;
     Alignment best = tuning_.paper() ? follow_once(T_start, state_) : follow(prior_);
+    doubt_texture(best);
     if (!state_.seen && !state_.textured && !state_.motion.lost()) follow_from_there(best, state_);
     if (!held(best) && !state_.seen && !state_.motion.lost()) {
       const std::optional<Pose> T_first = start_as_given(prior_.T_camera_object, best.T_camera_object);
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
-      // Where both may find it they take turns.
-      const bool outline = searches_by_outline(state_) && state_.motion.lost();
+      // Texture and outline take turns.
+      const bool outline = state_.motion.lost() && tuning_.contour;
       if (searches_by_texture(state_) && !(outline && state_.motion.misses() % 2 == 0)) {
         relocalize(prior_, best);
       } else if (outline) {
-        if (!album_.empty() && state_.motion.misses() % kSnapshotsEvery == kSnapshotsEvery - 1) {
+        if (!state_.textured && !album_.empty() && state_.motion.misses() % kSnapshotsEvery == kSnapshotsEvery - 1) {
           relocalize_by_snapshots(prior_, best);
         } else {
           relocalize_by_outline(best);
@@ -156,9 +157,11 @@ std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
   std::vector<Pose> poses;
   const MotionFilter& motion = state_.motion;
   if (state_.suspected) poses.push_back(*state_.suspected);
-  if (tuning_.predict_velocity) poses.push_back(prior.T_camera_object);
-  poses.push_back(motion.pose());
-  if (motion.lost() && !searches_by_outline(state_)) {
+  // While it is lost the frame's work goes into looking elsewhere, too: one of the two a frame.
+  const bool lost = motion.lost(), odd = motion.misses() % 2 == 1;
+  if (tuning_.predict_velocity && !(lost && odd)) poses.push_back(prior.T_camera_object);
+  if (!lost || odd || !tuning_.predict_velocity) poses.push_back(motion.pose());
+  if (lost && !outline_leads(state_)) {
     const int way = motion.misses();
     const double angle = (way % 2 == 0 ? 1 : -1) * kSearchTurn * (1 + (way / 6) % 2);
     poses.push_back(turned_about_center(prior.T_camera_object, extent_, Eigen::Vector3d::Unit((way / 2) % 3), angle));

@@ -48,6 +48,11 @@ class Pipeline {
   enum class Given { roughly, nearly, exactly };
   /// Learns light, colours and, at a pose that is right, what is usual, from the frame at hand.
   void see(const Pose& T_camera_object, Given given, TrackingState& state);
+  /// In the first frames, texture that does not fit may not be what frames show: outline and snapshot then lead to
+  /// where it is asked again.
+  void doubt_texture(Alignment& best);
+  /// The snapshot becomes what frames are compared with.
+  void show(const Snapshot& snapshot, TrackingState& state);
   /// Whether a pose that the outline alone holds, with nothing in front of it, has the model's print on it.
   void look_for_print(const Alignment& alignment);
   /// The pose at which a model starts whose own edges are not found, while the frame has others that go along with
@@ -76,8 +81,8 @@ class Pipeline {
   void tell_from_mirrored(Alignment& best, double time);
   /// Whether texture tells enough to look for a lost object by it.
   bool searches_by_texture(const TrackingState& state) const;
-  /// Whether it is looked for by its outline.
-  bool searches_by_outline(const TrackingState& state) const;
+  /// Whether the outline tells more of the pose than texture.
+  bool outline_leads(const TrackingState& state) const;
   /// Whether an object that is lost has been seen in so many frames in a row that it is expected there.
   bool seen_often_enough(const TrackingState& state) const;
   Alignment settled(const Alignment& alignment);
@@ -103,7 +108,7 @@ class Pipeline {
   /// Follows the object as one of unknown appearance where frames do not show the model's texture.
   void leave_texture(const Alignment& alignment);
   void learn_contour(const Alignment& alignment);
-  /// Keeps how the frame shows a model that has no appearance of its own.
+  /// Keeps how the frame shows a model that has no appearance of its own; of another, how the first frame does.
   void learn_snapshot(const Alignment& alignment);
   void learn_light(const Alignment& alignment, TrackingState& state);
   void warm_up();

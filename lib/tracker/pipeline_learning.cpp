@@ -188,6 +188,29 @@ void Pipeline::leave_texture(const Alignment& alignment) {
   state_.textured = state_.left_unobservable = false;
   state_.gradient_pixels = 0;
   state_.usual.texture_trust = 0;
+  state_.T_snapshot.reset();
+}
+
+void Pipeline::doubt_texture(Alignment& best) {
+  if (!state_.textured || album_.empty() || state_.motion.lost()) return;
+  if (state_.usual.likeness_frames >= kMostLikenesses || best.texture.reliability > kUnlike) return;
+  const Snapshot& snapshot = album_.nearest(prior_.T_camera_object, 0);
+  if (snapshot.finest != state_.finest) return;
+  tried_ = state_;
+  tried_.textured = false;
+  tried_.usual.texture_trust = 0;
+  show(snapshot, tried_);
+  const Alignment without = follow_fully({prior_.T_camera_object}, false, tried_);
+  if (!held(without, tried_) || !is_as_in_snapshot(without)) return;
+  const Alignment with = aligner_.align(without.T_camera_object, fine_plan(state_.finest, state_), state_);
+  if (held(with)) best = with;
+}
+
+void Pipeline::show(const Snapshot& snapshot, TrackingState& state) {
+  view_.enqueue_snapshot(snapshot, static_cast<int>(levels_.size()) - state.finest);
+  state.T_snapshot = snapshot.T_camera_object;
+  state.sure_snapshot = snapshot.sure;
+  state.imaging.texture.light = {};
 }
 
 void Pipeline::learn_contour(const Alignment& alignment) {
@@ -246,7 +269,8 @@ void Pipeline::learn_light(const Alignment& alignment, TrackingState& state) {
 }
 
 void Pipeline::learn_snapshot(const Alignment& alignment) {
-  if (state_.textured || !tuning_.snapshot || !tuning_.contour || tuning_.paper()) return;
+  if (!tuning_.snapshot || !tuning_.contour || tuning_.paper()) return;
+  if (state_.textured && (!album_.empty() || state_.usual.held_frames > 0)) return;
   if (state_.edges.off_model) return;  // pixels turn with the object's shape, not with the model's
   state_.usual.outline_information = aligner_.outline_equations(alignment, state_).A;
   const Pose& T = alignment.T_camera_object;

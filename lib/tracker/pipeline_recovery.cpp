@@ -26,8 +26,6 @@ constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 constexpr double kScoredPixels = 200;
 /// Inlier ratio and reliability of texture above which the print is there, half hidden as it may be.
 constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
-/// Turn from the best start, radians, that others are tried with.
-constexpr double kBetweenViews = 0.12;
 
 }  // namespace
 
@@ -146,25 +144,19 @@ bool Pipeline::searches_by_texture(const TrackingState& state) const {
   return state.textured && state.usual.texture_trust >= kLeastTrust;
 }
 
-bool Pipeline::searches_by_outline(const TrackingState& state) const {
+bool Pipeline::outline_leads(const TrackingState& state) const {
   return tuning_.contour && (!state.textured || state.usual.texture_trust < kTextureLeads);
 }
 
 void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best) {
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
-  const int finest = state_.finest, count = static_cast<int>(levels_.size()) - finest;
+  const int finest = state_.finest;
   const Relocalizer::Levels levels = relocalizer_.levels_for(state_.motion.pose(), finest, tuning_.levels);
   for (int level = std::max(levels.coarsest - 1, finest); level <= levels.swept; ++level) {
     image_.enqueue_blur(level, coarser(uploaded_, level));
   }
   const Level& swept = levels_[static_cast<std::size_t>(levels.swept)];
   aligner_.shift_search().enqueue_gradients(image_, levels.swept);
-  const auto show = [&](const Snapshot& snapshot) {
-    view_.enqueue_snapshot(snapshot, count);
-    state_.T_snapshot = snapshot.T_camera_object;
-    state_.sure_snapshot = snapshot.sure;
-    state_.imaging.texture.light = {};
-  };
   const auto align = [&](const Snapshot& snapshot) {
     const Eigen::Vector2d center = swept.camera.project(snapshot.T_camera_object * extent_.p_object_center);
     const Rect shifts{-static_cast<int>(center.x()), -static_cast<int>(center.y()), swept.width, swept.height};
@@ -177,7 +169,7 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
   };
   const auto n = static_cast<std::size_t>(state_.motion.misses() / kSnapshotsEvery);
   if (const Snapshot& snapshot = album_.nearest(prior.T_camera_object, n); snapshot.finest == finest) {
-    show(snapshot);
+    show(snapshot, state_);
     const Alignment found = align(snapshot);
     if (found.solved && found.score > std::max(best.score, kHopelessScore)) {
       best = found;
@@ -185,31 +177,26 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
     }
   }
   const Snapshot& nearest = album_.nearest(prior.T_camera_object, 0);
-  if (nearest.finest == finest) show(nearest);
+  if (nearest.finest == finest) show(nearest, state_);
 }
 
 void Pipeline::relocalize_by_outline(Alignment& best) {
   const Pose& T_last = state_.motion.pose();
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
-  std::vector<Alignment> starts;
-  const auto add = [&](const Pose& T) {
-    if (!starts.empty() && aligner_.nominal_ms() >= tuning_.recovery_budget_ms) return;
-    Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), state_);
-    if (start.solved) starts.push_back(std::move(start));
-  };
-  const auto sort = [&] { std::ranges::stable_sort(starts, std::greater{}, &Alignment::score); };
-  const double budget = 0.5 * tuning_.recovery_budget_ms;  // the rest aligns what is found
-  for (const Pose& T : outline_search_.starts(T_last, state_.colors, budget)) add(T);
-  if (starts.empty()) return;
-  sort();
-  // An outline leads back from turns of less than those between the views.
-  const Pose T_best = starts[0].T_camera_object;
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double angle : {-kBetweenViews, kBetweenViews}) {
-      add(turned_about_center(T_best, extent_, Eigen::Vector3d::Unit(axis), angle));
-    }
+  const TrackingState* state = &state_;
+  if (state_.textured) {  // the outline leads to where texture tells
+    tried_ = state_;
+    tried_.textured = false;
+    tried_.T_snapshot.reset();
+    state = &tried_;
   }
-  sort();
+  std::vector<Alignment> starts;
+  for (const Pose& T : outline_search_.starts(T_last, state_.colors, tuning_.recovery_budget_ms)) {
+    Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), *state);
+    if (start.solved) starts.push_back(std::move(start));
+  }
+  if (starts.empty()) return;
+  std::ranges::stable_sort(starts, std::greater{}, &Alignment::score);
   Alignment found = align_anywhere(starts[0].T_camera_object, state_.finest);
   if (!found.solved || found.score <= best.score) return;
   if (is_probable(found, context(found, state_))) tell_apart(found);

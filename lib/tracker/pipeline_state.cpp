@@ -110,7 +110,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
   } else {
     state_.visible_pixels = alignment.contour.visible_pixels;
   }
-  if (usual && searches_by_outline(state_)) outline_search_.remember(alignment.T_camera_object);
+  if (usual && tuning_.contour && !tuning_.paper()) outline_search_.remember(alignment.T_camera_object);
   learn_contour(alignment);
   learn_usual(alignment, first, state_);
   leave_texture(alignment);
@@ -130,7 +130,11 @@ void Pipeline::miss(const Alignment& alignment, double time, FrameResult& result
   const bool again = state_.probable_frames > 0 && state_.suspected &&
                      goes_on(*state_.suspected, alignment.T_camera_object, kSameTurn);
   const AcceptanceContext context = this->context(alignment, state_);
-  state_.probable_frames = is_probable(alignment, context) ? (again ? state_.probable_frames + 1 : 1) : 0;
+  if (is_probable(alignment, context)) {
+    state_.probable_frames = again ? state_.probable_frames + 1 : 1;
+  } else if (!again || !may_go_on(alignment, context)) {
+    state_.probable_frames = 0;
+  }
   if (!state_.seen) state_.colors.clear();  // they are not the object's
   if (state_.probable_frames > 0 || is_promising(alignment, context)) {
     state_.suspected = alignment.T_camera_object;
@@ -148,7 +152,7 @@ bool Pipeline::goes_on(const Pose& T_from, const Pose& T_to, double most_turn) c
 }
 
 bool Pipeline::seen_often_enough(const TrackingState& state) const {
-  if (searches_by_outline(state)) return state.probable_frames >= kOutlineSeen;
+  if (outline_leads(state)) return state.probable_frames >= kOutlineSeen;
   return state.probable_frames * kAppearancesAFrame >= relocalizer_.planned();
 }
 
