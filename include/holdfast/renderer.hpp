@@ -37,8 +37,9 @@ struct RendererOptions {
   /// A mesh of many triangles is drawn with fewer, as long as surface and texture stay where they are within this many
   /// pixels (root of the mean square where it is worst); 0: with all of them.
   double deviation_pixels = 0;
-  bool lit = false;          ///< set_shading() is going to be used: shaders for it are made at once
-  bool silhouettes = false;  ///< depth alone is going to be asked for: drawn of the shape, at twice the deviation
+  bool lit = false;           ///< set_shading() is going to be used: shaders for it are made at once
+  bool silhouettes = false;   ///< depth alone is going to be asked for: drawn of the shape, at twice the deviation
+  bool light_texels = false;  ///< set_light_texels() is going to be used: textures for it are made too
   RendererChoice choice = RendererChoice::automatic;
 };
 
@@ -71,6 +72,11 @@ class HOLDFAST_EXPORT Renderer {
   /// (1 + shading . n) / (1 + |shading|) times as bright as its texture, from now on. Shorter than 1; zero, as at
   /// first: as bright as its texture.
   void set_shading(const Eigen::Vector3d& shading);
+
+  /// Whether texels are averaged and interpolated as the light that they stand for (sRGB), as a camera does it, from
+  /// now on; otherwise, and at first, as their encoded values, as many a renderer does it. Edges between bright and
+  /// dark texels lie elsewhere then. Throws Error(invalid_argument) when the option light_texels was not given.
+  void set_light_texels(bool light);
 
   /// "OSMesa" or "EGL", GL_RENDERER, GL_VERSION of the context, for reports.
   std::string description() const;

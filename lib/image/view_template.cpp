@@ -101,6 +101,7 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
 
   const auto start = std::chrono::steady_clock::now();
   renderer_.set_shading(request.shading);
+  renderer_.set_light_texels(request.light_texels);
   const std::size_t pixel_count = static_cast<std::size_t>(rect.width) * static_cast<std::size_t>(rect.height);
   // Drawn into host memory and copied, not into mapped buffers: mapping would wait for the device, which works on the
   // frame meanwhile.

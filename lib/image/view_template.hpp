@@ -38,6 +38,7 @@ struct ViewRequest {
   Exposure exposure;
   // As the Renderer's functions of these names take them.
   Eigen::Vector3d shading = Eigen::Vector3d::Zero();
+  bool light_texels = false;
 };
 
 /// The object's pixels as a frame showed them, not filtered.

@@ -41,11 +41,21 @@ struct ExposureState {
   bool known() const { return settled >= 3; }
 };
 
+/// Whether texels are averaged as the light that they stand for, as cameras do it, or as encoded values, as many a
+/// renderer does it; measured.
+struct TexelState {
+  bool light = true;
+  double evidence = 0;  ///< for light: logarithm of how much more is left over without, running mean
+  int measured = 0;     ///< of how many measurements that is, at most eight
+  int frames = 0;       ///< since it was measured
+};
+
 /// How this camera shows this model, as learned from the frames. A value: alignments take it and return what they have
 /// learned; the pipeline keeps that of a frame that was held.
 struct ImagingState {
   TextureState texture;
   ExposureState exposure;
+  TexelState texels;
   Shading shading;
   bool lit = true;             ///< the view is drawn with this shading
   double surviving_share = 1;  ///< of the visible pixels, off the silhouette margin, on the finest level

@@ -112,6 +112,7 @@ struct Renderer::Impl {
   bool lit;                 ///< shading is going to be set
   Eigen::Vector3d center;
   Eigen::Vector3d half_extent;
+  bool light_texels = false;  ///< are what is drawn
   Eigen::Vector3f shading = Eigen::Vector3f::Zero();
 };
 
@@ -127,7 +128,12 @@ std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_w
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   const Eigen::Vector3d center = box.center(), half_extent = box.sizes() / 2;
   const bool is_closed = is_closed_outward(mesh);
-  // Shapes are simplified while shaders are compiled and the textured mesh is; a thread only where there is much to do.
+  // Half a pixel where the object is as large as it is drawn in full.
+  const double texel_length = half_extent.norm() / std::max(max_width, max_height);
+  GlTextures textures(gl, mesh, options.light_texels, texel_length);
+  // While shaders are compiled and the mesh is simplified; a thread only where there is something to make.
+  std::future<std::vector<LightTexture>> light_textures = std::async(
+      options.light_texels ? std::launch::async : std::launch::deferred, [&] { return textures.light_textures(mesh); });
   const bool simplified = options.deviation_pixels > 0;
   std::future<std::vector<DrawnLevel>> shape_levels = std::async(
       options.silhouettes && simplified ? std::launch::async : std::launch::deferred,
@@ -140,7 +146,7 @@ std::unique_ptr<Renderer::Impl> Renderer::Impl::make(const Mesh& mesh, int max_w
   std::optional<std::vector<DrawnLevel>> shapes;
   if (options.silhouettes) shapes = shape_levels.get();
   GlGeometry geometry(gl, levels, shapes);
-  GlTextures textures(gl, mesh);
+  textures.upload(mesh, std::move(light_textures));
   check_errors(gl, description, "uploading the model");
   return std::unique_ptr<Impl>(new Impl{.context = std::move(context),
                                         .gl = gl,
@@ -169,6 +175,11 @@ void Renderer::Impl::warm_up() {
   const auto draw = [&] { render(T_camera_object, camera, {0, 0, kSize, kSize}, {rgba.data(), depth.data(), kSize}); };
   draw();
   render(T_camera_object, camera, {0, 0, kSize, kSize}, {nullptr, depth.data(), kSize});
+  if (textures.has_light()) {
+    light_texels = !light_texels;
+    draw();
+    light_texels = !light_texels;
+  }
   if (!lit) return;
   const Eigen::Vector3f before = std::exchange(shading, Eigen::Vector3f(0, 0, -0.5F));
   draw();
@@ -195,7 +206,7 @@ void Renderer::Impl::draw(const Eigen::Matrix4f& clip_from_object, const Pose& T
       gl.uniform_matrix4(program.camera_from_object, 1, GL_FALSE, camera_from_object.data());
       gl.uniform3(program.shading, 1, shading.data());
     }
-    if (look == Appearance::textured) textures.bind(batch.material);
+    if (look == Appearance::textured) textures.bind(batch.material, light_texels);
     draw_triangles(gl, batch);
   }
 }
@@ -292,6 +303,14 @@ void Renderer::set_shading(const Eigen::Vector3d& shading) {
     fail_rendering(ErrorCode::invalid_argument, "the shading's direction must be shorter than 1");
   }
   impl_->shading = shading.cast<float>();
+}
+
+void Renderer::set_light_texels(bool light) {
+  if (light && !impl_->textures.has_light()) {
+    fail_rendering(ErrorCode::invalid_argument,
+                   "light texels are asked for, but the option light_texels was not given");
+  }
+  impl_->light_texels = light;
 }
 
 std::string Renderer::description() const { return impl_->description; }

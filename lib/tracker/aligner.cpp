@@ -143,6 +143,7 @@ ViewRequest Aligner::view_request(const Pose& T_camera_object, int finest, int c
     exposure.across = across;
     exposure.pixels = imaging.exposure.share * corner_motion(T_last, T_camera_object);
   }
+  request.light_texels = imaging.texels.light;
   if (tuning_.shading && imaging.lit) request.shading = imaging.shading.direction();
   return request;
 }

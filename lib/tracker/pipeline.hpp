@@ -111,6 +111,7 @@ class Pipeline {
   /// Keeps how the frame shows a model that has no appearance of its own; of another, how the first frame does.
   void learn_snapshot(const Alignment& alignment);
   void learn_light(const Alignment& alignment, TrackingState& state);
+  void learn_texels(const Alignment& alignment);
   void warm_up();
 
   Tuning tuning_;

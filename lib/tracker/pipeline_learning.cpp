@@ -21,6 +21,10 @@ constexpr double kLeastDirection = 0.02;
 /// Pixels between the view drawn last and the pose, for light to be learned from it.
 constexpr double kSameView = 2;
 constexpr double kLow = 2;
+/// How texels are averaged is measured in the first frames and then in one of so many once it is clear; of how many
+/// measurements evidence is a mean, what it must be to change the choice, and to be clear.
+constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
+constexpr double kFullyConverged = 0.02, kBetterEvidence = 0.01, kClearEvidence = 0.03;
 /// Reliability of a snapshot that is found; turn (radians), change of distance (logarithm) and frames in which it is
 /// not found, after which another is taken.
 constexpr double kFoundSnapshot = 0.02, kAnotherTurn = 0.2, kAnotherNearer = 0.1;
@@ -266,6 +270,31 @@ void Pipeline::learn_light(const Alignment& alignment, TrackingState& state) {
   const double factor = brightening(patches, before, {imaging.shading, imaging.lit});
   if (factor > 0) photometry.view_brightened(factor);
   imaging.texture.light = photometry.object_pair();
+}
+
+void Pipeline::learn_texels(const Alignment& alignment) {
+  TexelState& texels = state_.imaging.texels;
+  const bool clear = std::abs(texels.evidence) > kClearEvidence;
+  const int pause = clear ? kTexelPause : texels.measured < kTexelMemory ? kTexelPause / 16 : kTexelPause / 4;
+  if (texels.measured >= kFirstMeasurements && ++texels.frames < pause) return;
+  texels.frames = 0;
+  // Each way at its own best pose: the present one favours the present way.
+  const auto left_over = [&](bool light) {
+    TrackingState& tried = tried_;
+    tried = state_;
+    tried.imaging.texels.light = light;
+    AlignmentPlan plan = fine_plan(state_.finest, state_);
+    plan.expected = plan.measure = plan.contour = false;
+    plan.redraws = 0;
+    plan.converged = kFullyConverged;
+    const ConstraintSums sums = aligner_.align(alignment.T_camera_object, plan, tried).texture.sums;
+    return sums.rows >= 6 ? sums.weighted_square / std::max(1.0, sums.weight) : 0;
+  };
+  const double encoded = left_over(false), light = left_over(true);
+  if (encoded <= 0 || light <= 0) return;
+  texels.measured = std::min(texels.measured + 1, kTexelMemory);
+  texels.evidence += (0.5 * std::log(encoded / light) - texels.evidence) / texels.measured;
+  texels.light = texels.evidence > (texels.light ? -kBetterEvidence : kBetterEvidence);
 }
 
 void Pipeline::learn_snapshot(const Alignment& alignment) {

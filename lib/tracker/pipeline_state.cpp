@@ -28,6 +28,8 @@ constexpr double kJump = 3, kLeastJump = 0.1;
 constexpr int kAppearancesAFrame = 32;
 /// Frames in a row that must have shown the outline where it was not expected.
 constexpr int kOutlineSeen = 3;
+/// Motion, pixels, below which blur that is not known does not matter.
+constexpr double kBlurs = 6;
 
 }  // namespace
 
@@ -106,6 +108,8 @@ void Pipeline::commit(const Alignment& alignment, double time) {
         return aligner_.fit(alignment.T_camera_object, state_, tried, across);
       });
     }
+    const bool sharp = motion < kBlurs || state_.imaging.exposure.known();
+    if (usual && sharp && state_.followed() && !tuning_.paper()) learn_texels(alignment);
     if (usual) relocalizer_.remember(alignment.T_camera_object);
   } else {
     state_.visible_pixels = alignment.contour.visible_pixels;

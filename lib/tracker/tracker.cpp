@@ -26,7 +26,7 @@ Renderer renderer_for(const Mesh& mesh, const Camera& camera, const TrackerOptio
   camera.validate();
   return view_renderer(
       validated(mesh, options), make_levels(camera, tuning.levels),
-      {tuning.texture_samples, tuning.mesh_deviation, tuning.shading, tuning.contour, device.impl().renderer});
+      {tuning.texture_samples, tuning.mesh_deviation, tuning.shading, tuning.contour, true, device.impl().renderer});
 }
 
 }  // namespace
