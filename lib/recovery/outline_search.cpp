@@ -37,7 +37,7 @@ constexpr std::size_t kEachRefined = 2;
 constexpr double kFirstTurn = 0.12, kFirstShift = 2;
 constexpr int kSteps = 3, kRounds = 4;
 /// Starts that are proposed, and how far apart they are, object radii or radians.
-constexpr std::size_t kMostStarts = 2;
+constexpr std::size_t kMostStarts = 3;
 constexpr double kApart = 0.5, kTurnedApart = 0.3;
 
 }  // namespace

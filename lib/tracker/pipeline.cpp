@@ -53,8 +53,9 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
-      // Texture and outline take turns.
-      const bool outline = state_.motion.lost() && tuning_.contour;
+      // Where both may find it they take turns. Where texture leads it is soon found near by its parts, or later.
+      const bool outline =
+          tuning_.contour && (outline_leads(state_) ? state_.motion.lost() : state_.motion.misses() >= kSoon);
       if (searches_by_texture(state_) && !(outline && state_.motion.misses() % 2 == 0)) {
         relocalize(prior_, best);
       } else if (outline) {

@@ -67,6 +67,8 @@ class Pipeline {
   Alignment follow_once(const Pose& T_start, const TrackingState& state);
   std::vector<Pose> hypotheses(const MotionPrior& prior) const;
   void relocalize(const MotionPrior& prior, Alignment& best);
+  /// Frames after a loss in which an object is looked for near where it would be.
+  static constexpr int kSoon = 12;
   /// One of so many frames in which an object of unknown appearance is lost looks for it by a snapshot, each by
   /// another.
   static constexpr int kSnapshotsEvery = 4;

@@ -70,7 +70,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
   const double budget = tuning_.recovery_budget_ms;
   const auto spent = [&] { return aligner_.nominal_ms() >= budget; };
   const bool was_lost = state_.motion.lost();
-  if (was_lost && state_.motion.misses() < 12 && state_.motion.moving()) {
+  if (was_lost && state_.motion.misses() < kSoon && state_.motion.moving()) {
     const int level = std::min(finest + 1, tuning_.levels - 1);
     image_.enqueue_blur(level, coarser(uploaded_, level));
     for (const PoseCandidate& part : relocalizer_.search_parts(draw, prior.T_camera_object, level)) {
