@@ -158,11 +158,13 @@ std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
   std::vector<Pose> poses;
   const MotionFilter& motion = state_.motion;
   if (state_.suspected) poses.push_back(*state_.suspected);
-  // While it is lost the frame's work goes into looking elsewhere, too: one of the two a frame.
-  const bool lost = motion.lost(), odd = motion.misses() % 2 == 1;
-  if (tuning_.predict_velocity && !(lost && odd)) poses.push_back(prior.T_camera_object);
-  if (!lost || odd || !tuning_.predict_velocity) poses.push_back(motion.pose());
-  if (lost && !outline_leads(state_)) {
+  if (motion.lost() && outline_leads(state_)) {  // the search by outline finds it: one of the two a frame
+    poses.push_back(motion.misses() % 2 == 0 ? prior.T_camera_object : motion.pose());
+    return poses;
+  }
+  if (tuning_.predict_velocity) poses.push_back(prior.T_camera_object);
+  poses.push_back(motion.pose());
+  if (motion.lost()) {
     const int way = motion.misses();
     const double angle = (way % 2 == 0 ? 1 : -1) * kSearchTurn * (1 + (way / 6) % 2);
     poses.push_back(turned_about_center(prior.T_camera_object, extent_, Eigen::Vector3d::Unit((way / 2) % 3), angle));

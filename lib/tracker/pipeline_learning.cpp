@@ -325,7 +325,7 @@ void Pipeline::learn_snapshot(const Alignment& alignment) {
   if (!aligner_.take_snapshot(T, state_)) return;
   state_.T_snapshot = T;
   state_.snapshot_misses = 0;
-  state_.imaging.texture.light = {};
+  if (!state_.textured) state_.imaging.texture.light = {};
   Snapshot snapshot = view_.read_snapshot();
   snapshot.sure = state_.sure_snapshot;
   album_.add(std::move(snapshot));
