@@ -24,8 +24,13 @@ constexpr double kLeastTrust = 0.2;
 constexpr double kAlike = 0.85, kMistakableTurn = 0.8;
 /// Pixels of a snapshot that a place is scored with, about.
 constexpr double kScoredPixels = 200;
-/// Inlier ratio and reliability of texture above which the print is there, half hidden as it may be.
+/// Inlier ratio and reliability of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
+
+/// Whether the model's print is there, half hidden as it may be.
+bool shows_print(const Alignment& alignment) {
+  return alignment.texture.inlier_ratio() > kMuchAgrees && alignment.texture.reliability > kPrintBelieved;
+}
 
 }  // namespace
 
@@ -123,7 +128,7 @@ void Pipeline::relocalize(const MotionPrior& prior, Alignment& best) {
 
 void Pipeline::look_for_print(const Alignment& alignment) {
   if (!state_.textured || tuning_.paper() || !held(alignment)) return;
-  if (alignment.texture.inlier_ratio() > kMuchAgrees && alignment.texture.reliability > kPrintBelieved) return;
+  if (shows_print(alignment)) return;
   if (!shows_all(alignment, state_.usual.outline())) return;
   if (!state_.motion.lost() && state_.usual.held_frames > 0) return;  // it has been seen: something may cover it
   const Pose& T = alignment.T_camera_object;
@@ -199,6 +204,7 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
   std::ranges::stable_sort(starts, std::greater{}, &Alignment::score);
   Alignment found = align_anywhere(starts[0].T_camera_object, state_.finest);
   if (!found.solved || found.score <= best.score) return;
+  if (!outline_leads(state_) && !shows_print(found)) return;
   if (is_probable(found, context(found, state_))) tell_apart(found);
   best = found;
 }
