@@ -58,7 +58,7 @@ Twist any_twist(std::mt19937& random) {
   return Twist::NullaryExpr([&] { return normal(random); });
 }
 
-/// Of twenty rows.
+/// Normal equations of twenty chance rows.
 NormalEquations any_equations(std::mt19937& random) {
   NormalEquations equations;
   for (int i = 0; i < 20; ++i) {

@@ -53,7 +53,7 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
       if (T_first) best = aligner_.align(*T_first, fine_plan(state_.finest, state_), state_);
     }
     if (!held(best) && tuning_.recovery && !tuning_.paper()) {
-      // Where both may find it they take turns. Where texture leads it is soon found near by its parts, or later.
+      // Both searches take turns. Texture, where it leads, has the first frames to itself: its parts are found near by.
       const bool outline =
           tuning_.contour && (outline_leads(state_) ? state_.motion.lost() : state_.motion.misses() >= kSoon);
       if (searches_by_texture(state_) && !(outline && state_.motion.misses() % 2 == 0)) {
@@ -159,7 +159,8 @@ std::vector<Pose> Pipeline::hypotheses(const MotionPrior& prior) const {
   const MotionFilter& motion = state_.motion;
   if (state_.suspected) poses.push_back(*state_.suspected);
   if (motion.lost() && outline_leads(state_)) {  // the search by outline finds it: one of the two a frame
-    poses.push_back(motion.misses() % 2 == 0 ? prior.T_camera_object : motion.pose());
+    const bool predicted = tuning_.predict_velocity && motion.misses() % 2 == 0;
+    poses.push_back(predicted ? prior.T_camera_object : motion.pose());
     return poses;
   }
   if (tuning_.predict_velocity) poses.push_back(prior.T_camera_object);

@@ -83,7 +83,7 @@ class Pipeline {
   void tell_from_mirrored(Alignment& best, double time);
   /// Whether texture tells enough to look for a lost object by it.
   bool searches_by_texture(const TrackingState& state) const;
-  /// Whether the outline tells more of the pose than texture.
+  /// The outline tells more of the pose than texture.
   bool outline_leads(const TrackingState& state) const;
   /// Whether an object that is lost has been seen in so many frames in a row that it is expected there.
   bool seen_often_enough(const TrackingState& state) const;

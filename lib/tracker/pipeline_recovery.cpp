@@ -27,7 +27,7 @@ constexpr double kScoredPixels = 200;
 /// Inlier ratio and reliability of texture above which the print is there.
 constexpr double kMuchAgrees = 0.3, kPrintBelieved = 0.2;
 
-/// Whether the model's print is there, half hidden as it may be.
+/// The model's print is there, half hidden as it may be.
 bool shows_print(const Alignment& alignment) {
   return alignment.texture.inlier_ratio() > kMuchAgrees && alignment.texture.reliability > kPrintBelieved;
 }
