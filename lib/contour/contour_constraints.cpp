@@ -38,8 +38,13 @@ void ContourConstraints::set_points(const DrawnDepth& drawn, int level) {
   level_ = level;
   lines_.clear();
   contour_points(drawn, levels_[static_cast<std::size_t>(level)].camera, kMostLines, kReach, scan_, points_);
-  if (points_.empty()) return;
-  device_.queue.enqueueWriteBuffer(points_buffer_, CL_TRUE, 0, points_.size() * sizeof(ContourPoint), points_.data());
+  uploaded_ = false;
+}
+
+void ContourConstraints::enqueue_points() {
+  if (uploaded_) return;
+  device_.queue.enqueueWriteBuffer(points_buffer_, CL_FALSE, 0, points_.size() * sizeof(ContourPoint), points_.data());
+  uploaded_ = true;
 }
 
 void ContourConstraints::set_colors(const ColorHistograms& colors) {
@@ -73,6 +78,7 @@ ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, cons
   ContourSums sums;
   if (points_.empty()) return sums;
   image.enqueue_pixels(level_);
+  enqueue_points();
   set_arguments(constraints_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
                 options(image, D, conditioning, search), share_buffer_, sums_buffer_);
   device_.enqueue_items(constraints_, points_.size());
@@ -112,6 +118,7 @@ void ContourConstraints::learn(DeviceImage& image, const Pose& D, const Conditio
                                ColorHistograms& colors) {
   if (points_.empty()) return;
   image.enqueue_pixels(level_);
+  enqueue_points();
   set_arguments(colors_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
                 options(image, D, conditioning, {}), bins_buffer_);
   device_.enqueue_items(colors_, points_.size());

@@ -64,6 +64,7 @@ class ContourConstraints {
   void learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning, ColorHistograms& colors);
 
  private:
+  void enqueue_points();
   kernel::hf_contour options(const DeviceImage& image, const Pose& D, const Conditioning& conditioning,
                              const ContourSearch& search) const;
 
@@ -72,6 +73,7 @@ class ContourConstraints {
   int level_ = 0;
   ContourScan scan_;
   std::vector<ContourPoint> points_;
+  bool uploaded_ = false;
   enum class Line : std::uint8_t { silent, far, near };
   std::vector<Line> lines_;  ///< of the last evaluate(); empty: none since the contour was set
   std::vector<float> sums_;

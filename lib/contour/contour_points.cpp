@@ -33,9 +33,10 @@ void mark_contour(const DrawnDepth& drawn, int y, int margin, std::vector<std::u
   const int width = drawn.rect.width;
   const float* here = drawn.depth + static_cast<std::ptrdiff_t>(y) * width;
   const float *above = here - width, *below = here + width;
+  std::uint8_t* mark = marks.data();  // the vector's own pointer may change by what is stored through it
   for (int x = margin; x + margin < width; ++x) {
     const float farthest = std::max(std::max(here[x - 1], here[x + 1]), std::max(above[x], below[x]));
-    marks[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>((here[x] < 1.0F) & (farthest >= 1.0F));
+    mark[x] = static_cast<std::uint8_t>((here[x] < 1.0F) & (farthest >= 1.0F));
   }
 }
 

@@ -75,13 +75,17 @@ void FlowConstraints::enqueue(const ViewTemplate& view, const DeviceImage& image
   set_arguments(constrain_, planes.value, planes.dx, planes.dy, plane, planes.depth, level.layout, tiles_, samples_,
                 tested_[l], constraints, photometry, level.cells_x(), classes_[l], sums_);
   device_.enqueue_tiles(constrain_, tiles_.width, tiles_.height);
+  const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
+  if (count == 0) return;
+  device_.queue.enqueueReadBuffer(sums_, CL_FALSE, 0, count * HF_SUM_STRIDE * sizeof(float), partials_.data(), nullptr,
+                                  &done_);
 }
 
 ConstraintSums FlowConstraints::read() {
   ConstraintSums sums;
   const std::size_t count = static_cast<std::size_t>(tiles_.width) * static_cast<std::size_t>(tiles_.height);
   if (count == 0) return sums;
-  device_.queue.enqueueReadBuffer(sums_, CL_TRUE, 0, count * HF_SUM_STRIDE * sizeof(float), partials_.data());
+  done_.wait();
   std::array<double, HF_SUM_MAIN> total{};
   for (std::size_t tile = 0; tile < count; ++tile) {
     const float* partial = partials_.as<const float>() + tile * HF_SUM_STRIDE;

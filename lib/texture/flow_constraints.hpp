@@ -47,7 +47,7 @@ class FlowConstraints {
   void enqueue(const ViewTemplate& view, const DeviceImage& image, int level, const kernel::hf_warp& warp,
                const kernel::hf_tests& tests, const kernel::hf_constraints& constraints, const cl::Buffer& photometry);
 
-  /// Waits for the device and sums up. The only blocking call of an iteration.
+  /// Waits for the device and sums up what was enqueued last.
   ConstraintSums read();
 
   /// HF_SUM_STRIDE floats a tile of `tiles()`, row by row, of the last read().
@@ -68,6 +68,7 @@ class FlowConstraints {
   HostMemory partials_;
   kernel::hf_rect tiles_{};
   cl::Kernel test_, constrain_;
+  cl::Event done_;
 };
 
 }  // namespace holdfast

@@ -86,9 +86,10 @@ kernel::hf_constraints TextureModality::constraint_options(const TextureRequest&
   return k;
 }
 
-TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
-                                        const TextureRequest& request, TextureState& state) {
+void TextureModality::enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
+                              const TextureRequest& request, const TextureState& state) {
   const auto l = static_cast<std::size_t>(request.level);
+  request_ = request;
   grey_ = image.grey();
   const Conditioning conditioning = this->conditioning(view);
   photometry_.enqueue_upload(request.level, view.planes(request.level).tiles);
@@ -97,6 +98,11 @@ TextureTerms TextureModality::linearize(const ViewTemplate& view, const DeviceIm
   last_ = constraint_options(request, conditioning, state);
   constraints_.enqueue(view, image, request.level, warp, make_tests(tests_of(request)), last_,
                        photometry_.buffer(request.level));
+}
+
+TextureTerms TextureModality::read(const ViewTemplate& view, TextureState& state) {
+  const TextureRequest& request = request_;
+  const auto l = static_cast<std::size_t>(request.level);
   TextureTerms terms;
   terms.row_stride = request.row_stride;
   ConstraintSums& sums = terms.sums;

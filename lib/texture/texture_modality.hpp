@@ -63,7 +63,14 @@ class TextureModality {
 
   /// Tests, constraints and normal equations when the view has moved by D since it was drawn. Waits for the device.
   TextureTerms linearize(const ViewTemplate& view, const DeviceImage& image, const Pose& D,
-                         const TextureRequest& request, TextureState& state);
+                         const TextureRequest& request, TextureState& state) {
+    enqueue(view, image, D, request, state);
+    return read(view, state);
+  }
+  /// Both halves of linearize(): the device works between them.
+  void enqueue(const ViewTemplate& view, const DeviceImage& image, const Pose& D, const TextureRequest& request,
+               const TextureState& state);
+  TextureTerms read(const ViewTemplate& view, TextureState& state);
 
   /// Removes from the terms linearized last the motions that noise alone would show as well: what is left of the
   /// equations has nothing to do with them.
@@ -93,6 +100,7 @@ class TextureModality {
   Tuning tuning_;
   FlowConstraints constraints_;
   Photometry photometry_;
+  TextureRequest request_;  ///< of what was enqueued last
   kernel::hf_constraints last_{};
   bool grey_ = false;
   std::vector<TileEquations> tiles_, block_strip_;

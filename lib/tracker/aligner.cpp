@@ -66,10 +66,11 @@ std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) 
   return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
 }
 
+double gradient_share(const TextureTerms& terms) { return terms.sums.gradient / std::max(1.0, terms.sums.visible); }
+
 /// Little on an object that has a gradient is as likely shade, or what is in front of it.
 void weigh_by_share(TextureTerms& snapshot) {
-  const double share = snapshot.sums.gradient / std::max(1.0, snapshot.sums.visible);
-  const double weight = std::clamp((share - kBareShare) / (kPrintedShare - kBareShare), 0.0, 1.0);
+  const double weight = std::clamp((gradient_share(snapshot) - kBareShare) / (kPrintedShare - kBareShare), 0.0, 1.0);
   snapshot.reliability *= weight;
   snapshot.equations *= weight;
 }
@@ -82,6 +83,8 @@ OutlineCloseness search_for(int level, int finest, int iteration, double last_st
 }
 
 }  // namespace
+
+bool is_bare(const TextureTerms& snapshot) { return gradient_share(snapshot) <= kBareShare; }
 
 Aligner::Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector<Level>& levels, const Extent& extent,
                  const Tuning& tuning, ViewTemplate& view, DeviceImage& image)
@@ -236,13 +239,18 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
     NormalEquations equations = prior_equations(T, plan, T_start);
     const OutlineCloseness search = plan.still ? OutlineCloseness{kClosestSearch, kClosestEdgeSearch}
                                                : search_for(level, state.finest, i, last_step);
+    const bool outline = plan.contour && tuning_.contour && level <= contour_.coarsest(T, state.finest);
     bool tells = false, spared = false;
+    const TextureRequest request{level, state.finest, row_stride(level, state), true,
+                                 state.textured && state.left_unobservable};
     if (state.compares()) {
       const Pose D = renormalized(T * view_.T_camera_object().inverse());
-      const TextureRequest request{level, state.finest, row_stride(level, state), true,
-                                   state.textured && state.left_unobservable};
+      texture_.enqueue(view_, image_, D, request, alignment.imaging.texture);
+    }
+    if (outline && !state.textured) look_at_outline(alignment, level, search, state);  // while the device compares
+    if (state.compares()) {
       TextureTerms& terms = state.textured ? alignment.texture : alignment.snapshot;
-      terms = texture_.linearize(view_, image_, D, request, alignment.imaging.texture);
+      terms = texture_.read(view_, alignment.imaging.texture);
       (state.textured ? alignment.has_texture : alignment.has_snapshot) = true;
       if (!state.textured) weigh_by_share(terms);
       nominal_ms_ += kTextureMs;
@@ -254,9 +262,8 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       equations += terms.equations;
       if (!state.textured) equations = about_snapshot(equations, state, alignment.snapshot_shift);
     }
-    if (plan.contour && tuning_.contour && !spared && level <= contour_.coarsest(T, state.finest)) {
-      const Stopwatch watch(times_.contour);
-      look_at_outline(alignment, level, search, state);
+    if (outline && !spared) {
+      if (state.textured) look_at_outline(alignment, level, search, state);
       tells = tells || alignment.has_contour || alignment.has_edges;
       equations += outline_equations(alignment, state);
     }
@@ -280,16 +287,17 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
       alignment.solved = false;
       return;
     }
-    const bool outline = alignment.has_contour || alignment.has_edges;
-    const bool closest = !outline || level > state.finest || &search.contour == &kClosestSearch;
+    const bool by_outline = alignment.has_contour || alignment.has_edges;
+    const bool closest = !by_outline || level > state.finest || &search.contour == &kClosestSearch;
     if (closest && pixels < (finest ? plan.converged : kConvergedCoarse)) break;
-    if (!outline && i + 1 >= tuning_.iterations) break;
+    if (!by_outline && i + 1 >= tuning_.iterations) break;
   }
   alignment.score = score(alignment, state, finest ? state.usual.expected_texture_score() : state.usual.coarse_score);
 }
 
 void Aligner::look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search,
                               const TrackingState& state) {
+  const Stopwatch watch(times_.contour);
   const Pose& T = alignment.T_camera_object;
   nominal_ms_ += kOutlineMs;
   if (tuning_.edges && edges_.has_edges()) {

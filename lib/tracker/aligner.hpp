@@ -36,6 +36,9 @@ struct OutlineCloseness {
   double edges;
 };
 
+/// Whether so few of a snapshot's pixels have a gradient that it tells nothing.
+bool is_bare(const TextureTerms& snapshot);
+
 /// One Gauss-Newton loop, coarse to fine: linearizes every modality at the pose, adds their normal equations to those
 /// of the motion prior, steps, until the step is small.
 class Aligner {

@@ -213,6 +213,7 @@ void Pipeline::doubt_texture(Alignment& best) {
 void Pipeline::show(const Snapshot& snapshot, TrackingState& state) {
   view_.enqueue_snapshot(snapshot, static_cast<int>(levels_.size()) - state.finest);
   state.T_snapshot = snapshot.T_camera_object;
+  state.bare_snapshot = false;
   state.sure_snapshot = snapshot.sure;
   state.imaging.texture.light = {};
 }
@@ -304,12 +305,15 @@ void Pipeline::learn_snapshot(const Alignment& alignment) {
   state_.usual.outline_information = aligner_.outline_equations(alignment, state_).A;
   const Pose& T = alignment.T_camera_object;
   bool due = !state_.T_snapshot;
-  if (!due && alignment.has_snapshot) {
+  if (!due) {
     Pose& T_snapshot = *state_.T_snapshot;
-    const bool found = alignment.snapshot.reliability > kFoundSnapshot;
-    state_.snapshot_misses = found ? 0 : state_.snapshot_misses + 1;
-    if (found) T_snapshot = perturbed(T_snapshot, alignment.snapshot_shift, extent_);
-    view_.set_pose(T_snapshot);
+    if (alignment.has_snapshot) {
+      state_.bare_snapshot = is_bare(alignment.snapshot);
+      const bool found = alignment.snapshot.reliability > kFoundSnapshot;
+      state_.snapshot_misses = found || state_.bare_snapshot ? 0 : state_.snapshot_misses + 1;
+      if (found) T_snapshot = perturbed(T_snapshot, alignment.snapshot_shift, extent_);
+      view_.set_pose(T_snapshot);
+    }
     const double nearer = std::log((T * extent_.p_object_center).z() / (T_snapshot * extent_.p_object_center).z());
     due = state_.snapshot_misses >= kMostSnapshotMisses || std::abs(nearer) > kAnotherNearer ||
           rotation_angle(T.linear() * T_snapshot.linear().transpose()) > kAnotherTurn;
@@ -324,6 +328,7 @@ void Pipeline::learn_snapshot(const Alignment& alignment) {
   upload(view_.bounds(T), ImageFilter::kMargin << (static_cast<int>(levels_.size()) - 1));
   if (!aligner_.take_snapshot(T, state_)) return;
   state_.T_snapshot = T;
+  state_.bare_snapshot = false;
   state_.snapshot_misses = 0;
   if (!state_.textured) state_.imaging.texture.light = {};
   Snapshot snapshot = view_.read_snapshot();

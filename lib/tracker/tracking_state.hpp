@@ -64,6 +64,7 @@ struct TrackingState {
   double prediction_error = 1e9;   ///< of the last frame held, pixels
   std::optional<Pose> T_snapshot;  ///< of a model without appearance: where it was in the frame whose pixels show it
   bool sure_snapshot = false;      ///< nothing hid it there
+  bool bare_snapshot = false;      ///< there is nothing on the object to compare
   int snapshot_misses = 0;         ///< frames in a row that it was not found in
   int without_outline = 0;         ///< frames in a row that a snapshot held it in and the outline did not show it
   bool left_unobservable = false;  ///< the last frame left a motion unobservable
@@ -76,7 +77,7 @@ struct TrackingState {
   std::optional<Pose> suspected;   ///< while it is lost: where it may have been seen in the last frame
   int probable_frames = 0;         ///< in a row in which it was probably seen, going on as objects move
 
-  bool has_snapshot() const { return !textured && T_snapshot.has_value(); }
+  bool has_snapshot() const { return !textured && T_snapshot.has_value() && !bare_snapshot; }
   /// Whether the frame is compared with pixels of the object, rendered or seen before.
   bool compares() const { return textured || has_snapshot(); }
   bool fresh() const { return gradient_pixels <= 0 && visible_pixels <= 0; }
