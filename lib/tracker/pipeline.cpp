@@ -16,6 +16,9 @@ constexpr double kMostSurprise = 2;
 /// Poses that move the object's corners by less than so many pixels are the same start.
 constexpr double kSamePixels = 1;
 constexpr std::size_t kMostStarts = 3;
+/// Standard deviation of a first pose, object radii and radians, where only the outline can tell better: it has other
+/// edges to go to.
+constexpr double kGivenPose = 0.1;
 /// Pixels that a first pose may be off for the colours beside it to be the object's.
 constexpr double kSameColors = 2;
 /// Times that they are learned anew at most.
@@ -37,6 +40,9 @@ FrameResult Pipeline::track(const UploadFrame& upload, std::optional<double> tim
   upload_ = &upload;
   uploaded_ = {};
   prior_ = state_.motion.predict(t);
+  if (!state_.motion.started() && !state_.textured) {
+    prior_.covariance = kGivenPose * kGivenPose * Matrix6::Identity();
+  }
   aligner_.start_frame(state_, prior_);
   double total = 0;
   FrameResult result;
