@@ -188,21 +188,19 @@ void Pipeline::relocalize_by_snapshots(const MotionPrior& prior, Alignment& best
 void Pipeline::relocalize_by_outline(Alignment& best) {
   const Pose& T_last = state_.motion.pose();
   upload({0, 0, image_.camera().width, image_.camera().height}, 0);
-  const TrackingState* state = &state_;
-  if (state_.textured) {  // the outline leads to where texture tells
-    tried_ = state_;
-    tried_.textured = false;
-    tried_.T_snapshot.reset();
-    state = &tried_;
-  }
+  tried_ = state_;  // the outline leads to where pixels tell
+  tried_.textured = false;
+  tried_.T_snapshot.reset();
   std::vector<Alignment> starts;
   for (const Pose& T : outline_search_.starts(T_last, state_.colors, tuning_.recovery_budget_ms)) {
-    Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), *state);
+    Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), tried_);
     if (start.solved) starts.push_back(std::move(start));
   }
   if (starts.empty()) return;
   std::ranges::stable_sort(starts, std::greater{}, &Alignment::score);
-  Alignment found = align_anywhere(starts[0].T_camera_object, state_.finest);
+  const Pose& T_best = starts[0].T_camera_object;
+  Alignment found =
+      align_anywhere(T_best, std::min(state_.finest + 1, aligner_.contour().coarsest(T_best, state_.finest)));
   if (!found.solved || found.score <= best.score) return;
   if (!outline_leads(state_) && !shows_print(found)) return;
   if (is_probable(found, context(found, state_))) tell_apart(found);
