@@ -16,7 +16,8 @@
 # make modalities texture, contour and edges alone and together, and grey recordings: docs/results/modalities.md
 # make devices    this machine's processor beside its graphics processor on SEQUENCES=folder: docs/results/devices.md
 # make starts     starts without a first pose on SEQUENCES=folder: docs/results/starts.md; PARTS=starts,guided for some of it
-# make recovery   installs what is missing, then 40 trials of an object that was covered or away: docs/results/recovery.md
+# make recovery   installs what is missing, then 80 trials of objects that were covered or away, printed ones and shapes
+#                 alone: docs/results/recovery.md
 # make hazards    installs what is missing, then cases in which a tracker may hold a wrong pose: docs/results/hazards.md;
 #                 CASES=a,b for some of them, printed only; SEEDS=3, JUMPS=20; SEQUENCES=folder: jumps within these too
 # make docs       installs what is missing, then builds all documents with the C++ and Python interfaces as one site:

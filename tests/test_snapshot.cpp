@@ -13,6 +13,7 @@
 #include "image/view_template.hpp"
 #include "recovery/snapshot_album.hpp"
 #include "simulation/sequence.hpp"
+#include "support/edge_shapes.hpp"
 #include "support/paper_box.hpp"
 #include "support/render_comparison.hpp"
 #include "support/simulated.hpp"
@@ -88,6 +89,15 @@ Snapshot turned(double angle, bool sure = true) {
   snapshot.T_camera_object.linear() = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
   snapshot.sure = sure;
   return snapshot;
+}
+
+/// Its shape alone.
+Mesh bare(Mesh mesh) {
+  mesh.materials.clear();
+  mesh.triangle_materials.clear();
+  mesh.texture_coordinates.clear();
+  mesh.colors.clear();
+  return mesh;
 }
 
 const Pose kAhead = pose_at({0.02, -0.01, 0.5}, {0.3, -0.2, 0.1});
@@ -184,11 +194,7 @@ TEST_CASE("the model's print is found in a frame that shows it, blurred and dark
 
 TEST_CASE(
     "a printed box behind bars is followed by its bare shape in grey frames, better with snapshots than without") {
-  Mesh shape = box();
-  shape.materials.clear();
-  shape.triangle_materials.clear();
-  shape.texture_coordinates.clear();
-  shape.colors.clear();
+  const Mesh shape = bare(box());
   double error = 0, error_without = 0;
   long held = 0, held_without = 0, asked = 0;
   for (const std::uint64_t seed : {5, 6, 7}) {
@@ -219,6 +225,21 @@ TEST_CASE(
   CHECK(held >= 170);
   CHECK(held >= held_without);
   CHECK(error < error_without);
+}
+
+TEST_CASE("frames are compared with a snapshot of print, not with one of a bare object") {
+  for (const bool printed : {true, false}) {
+    CAPTURE(printed);
+    const simulation::Sequence sequence(printed ? box() : can(0.05F, 0.15F, 48), noisy_box(12, 9, 0.5, 0.7));
+    Tracker tracker(printed ? bare(box()) : can(0.05F, 0.15F, 48), sequence.camera());
+    tracker.reset(sequence.pose(0));
+    for (int i = 0; i < sequence.size(); ++i) {
+      CAPTURE(i);
+      const FrameResult result = tracker.track(view_of(sequence.frame(i)));
+      CHECK(result.status == Status::held);
+      if (i > 2) CHECK(result.snapshot.asked == printed);
+    }
+  }
 }
 
 TEST_CASE("a box with another print in the model's place is not held") {

@@ -7,6 +7,7 @@ FOCAL = 650.0
 BEFORE, GOING, HIDDEN, COMING, AFTER = 20, 10, 30, 10, 20
 FRAMES = BEFORE + GOING + HIDDEN + COMING + AFTER
 MODELS = ("box", "can", "vase")
+SHAPES = ("box", "part")  # followed by their shape alone: a printed one and one of one colour
 KINDS = ("covered", "left")
 
 
@@ -64,6 +65,18 @@ def vase(rng, contrast):
     heights = np.concatenate([heights[:1], heights, heights[-1:]])
     positions, coordinates, quads = turned_profile(radii, heights)
     return model(positions, coordinates, quads, print_of(rng, 1024, 1024, 260, contrast))
+
+
+def part(rng):
+    """An L of one colour, of three different sides, as long as its legs are wide apart."""
+    a, b, c = rng.uniform(0.14, 0.2), rng.uniform(0.08, 0.12), rng.uniform(0.05, 0.09)
+    u, v = rng.uniform(0.3, 0.45) * a, rng.uniform(0.35, 0.5) * b
+    outline = np.array([(0, 0), (a, 0), (a, v), (u, v), (u, b), (0, b)]) - 0.5 * np.array([a, b])
+    positions = [(x, y, z) for z in (-0.5 * c, 0.5 * c) for x, y in outline]
+    walls = [[i, (i + 1) % 6, 6 + (i + 1) % 6, 6 + i] for i in range(6)]
+    ends = [[0, 1, 2, 3], [0, 3, 4, 5]]
+    quads = walls + [quad[::-1] for quad in ends] + [[6 + i for i in quad] for quad in ends]
+    return model(positions, [(0.5, 0.5)] * 12, quads, np.ones((2, 2, 3)) * rng.uniform(0.25, 0.8, 3))
 
 
 def plate(rng, side):
