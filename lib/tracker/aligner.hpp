@@ -36,7 +36,7 @@ struct OutlineCloseness {
   double edges;
 };
 
-/// Whether so few of a snapshot's pixels have a gradient that it tells nothing.
+/// A snapshot tells nothing: too few of its pixels have a gradient.
 bool is_bare(const TextureTerms& snapshot);
 
 /// One Gauss-Newton loop, coarse to fine: linearizes every modality at the pose, adds their normal equations to those
