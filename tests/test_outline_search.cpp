@@ -253,3 +253,25 @@ TEST_CASE("the same frames propose the same poses, and a new search begins anew"
     }
   }
 }
+
+TEST_CASE("what shows quite another side is proposed once all sides have been looked at") {
+  const Device device;
+  Scene scene(device);
+  const Pose T_last = pose_of({0.5, 0.4, 0.2}, {-0.05, -0.02, 0.42});
+  scene.show(T_last);
+  ColorHistograms colors;
+  REQUIRE(scene.contour.learn(T_last, 0, colors));
+  for (const Eigen::Vector3d& turn :
+       {Eigen::Vector3d(2.2, 0.3, 0), Eigen::Vector3d(0.4, -1.5, 1), Eigen::Vector3d(0.3, 2.6, 0.4)}) {
+    const Pose T_true = pose_of(turn, {0.04, 0.02, 0.4});
+    CAPTURE(turn.transpose());
+    REQUIRE(rotation_angle(T_true.linear().transpose() * T_last.linear()) > 1.5);
+    scene.search.end();
+    scene.show(T_true);
+    double least = 1e9;
+    for (int frame = 0; frame < 60; ++frame) {
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs)));
+    }
+    CHECK(least < 0.6);
+  }
+}

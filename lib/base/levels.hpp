@@ -54,6 +54,12 @@ inline Rect grown(const Rect& rect, int margin) {
   return {rect.x - margin, rect.y - margin, rect.width + 2 * margin, rect.height + 2 * margin};
 }
 
+/// Whether `inner` lies within `outer`, which is not empty.
+inline bool contains(const Rect& outer, const Rect& inner) {
+  return !outer.empty() && inner.x >= outer.x && inner.y >= outer.y &&
+         inner.x + inner.width <= outer.x + outer.width && inner.y + inner.height <= outer.y + outer.height;
+}
+
 /// The smallest rectangle that holds both.
 Rect united(const Rect& a, const Rect& b);
 

@@ -149,6 +149,7 @@ void DeviceImage::set_frame(const cl::Buffer& buffer, PixelFormat format, std::s
   for (std::size_t i = 0; i < 8; ++i) *coefficients[i] = static_cast<float>(camera_.distortion[i]);
   converted_ = false;
   coarsest_made_ = 0;
+  for (LevelBuffers& buffers : levels_buffers_) buffers.made = {};
 }
 
 void DeviceImage::enqueue_convert() {
@@ -185,6 +186,8 @@ void DeviceImage::enqueue_blur(int level_index, const Rect& rect_of_level) {
   const int y1 = std::min(rect.y + rect.height, available.y + available.height);
   rect = {x0, y0, std::max(0, x1 - x0), std::max(0, y1 - y0)};
   LevelBuffers& buffers = levels_buffers_[l];
+  if (contains(buffers.made, rect)) return;
+  buffers.made = rect;
   if (rect.empty()) {
     buffers.valid = {};
     return;

@@ -52,6 +52,7 @@ class DeviceImage {
  private:
   struct LevelBuffers {
     cl::Buffer pixels, blurred;
+    Rect made;  ///< blurred of this frame
     Rect valid;
   };
 

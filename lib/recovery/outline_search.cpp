@@ -19,6 +19,9 @@ constexpr double kLeastRadius = 12;
 /// Radians between views and between their turns about the optical axis, of which those of other remembered sides have
 /// fewer.
 constexpr double kSwing = 0.3, kTwist = 0.22, kRememberedTwist = 0.44;
+/// The same of all sides, and the frame of a search from which on these are looked at in every second one.
+constexpr double kSideSwing = 0.4, kSideTwist = 0.3;
+constexpr int kAllSidesFrom = 15;
 /// How near or far it may have gone meanwhile.
 constexpr std::array<double, 4> kDistances = {0.84, 0.95, 1.06, 1.19};
 /// Points of a view, evenly taken, and pixels beside the contour's that are looked at.
@@ -57,13 +60,12 @@ void OutlineSearch::clear() {
   searching_ = false;
 }
 
-void OutlineSearch::add_view(const Pose& T_view, double swing, double most_twist) {
-  views_.push_back({T_view, {}, false});
-  const int twists = static_cast<int>(most_twist / kTwist);
+void OutlineSearch::Plan::add(const Pose& T_view, double swing, int twists, double step) {
+  views.push_back({T_view, {}, false});
   for (int i = -twists; i <= twists; ++i) {
     for (const double distance : kDistances) {
-      const double twist = i * kTwist;
-      templates_.push_back({views_.size() - 1, twist, distance, std::hypot(swing, twist)});
+      const double twist = i * step;
+      templates.push_back({views.size() - 1, twist, distance, std::hypot(swing, twist)});
     }
   }
 }
@@ -76,9 +78,7 @@ void OutlineSearch::plan(const Pose& T_last) {
          levels_[static_cast<std::size_t>(level_)].width > kWidest && radius / (2 << level_) >= kLeastRadius) {
     ++level_;
   }
-  views_.clear();
-  templates_.clear();
-  next_ = 0;
+  around_ = all_sides_ = {};
   const Eigen::Vector3d p_center(0, 0, p_last.norm());
   constexpr double kMostTurn = Keyframes::kMostTurn;
   const auto on_axis = [&](const Eigen::Matrix3d& R_camera_object) {
@@ -91,16 +91,26 @@ void OutlineSearch::plan(const Pose& T_last) {
       const Eigen::Vector3d swing(kSwing * (i + 0.5 * j), kSwing * std::sqrt(0.75) * j, 0);
       const double angle = swing.norm();
       if (angle > kMostTurn) continue;
-      add_view(on_axis(Eigen::AngleAxisd(angle, swing.normalized()) * R_last), angle, kMostTurn);
+      around_.add(on_axis(Eigen::AngleAxisd(angle, swing.normalized()) * R_last), angle,
+                  static_cast<int>(kMostTurn / kTwist), kTwist);
     }
   }
-  const std::size_t around = views_.size();
+  const std::vector<View>& views = around_.views;
+  const auto around = static_cast<std::ptrdiff_t>(views.size());
   for (const Pose& T : keyframes_.remembered()) {
     const auto near = [&](const View& view) { return turn_between(view.T_camera_object, T) < Keyframes::kElsewhere; };
-    if (std::any_of(views_.begin(), views_.begin() + static_cast<std::ptrdiff_t>(around), near)) continue;
-    add_view(on_axis(T.linear()), kMostTurn, kRememberedTwist);
+    if (std::any_of(views.begin(), views.begin() + around, near)) continue;
+    around_.add(on_axis(T.linear()), kMostTurn, static_cast<int>(kRememberedTwist / kTwist), kTwist);
   }
-  std::ranges::stable_sort(templates_, {}, &Template::turn);
+  std::ranges::stable_sort(around_.templates, {}, &Template::turn);
+  // A spiral over the sphere passes all sides evenly, the nearest first.
+  const int sides = static_cast<int>(4 * std::numbers::pi / (std::sqrt(0.75) * kSideSwing * kSideSwing));
+  for (int i = 0; i < sides; ++i) {
+    const double swing = std::acos(1 - (2 * i + 1.0) / sides), along = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const Eigen::Vector3d axis(-std::sin(along), std::cos(along), 0);
+    all_sides_.add(on_axis(Eigen::AngleAxisd(swing, axis) * R_last), swing,
+                   static_cast<int>(std::numbers::pi / kSideTwist), kSideTwist);
+  }
 }
 
 void OutlineSearch::draw(View& view) {
@@ -142,7 +152,7 @@ void OutlineSearch::read_frame(const ColorHistograms& colors) {
     }
   }
   double most = 0;
-  for (const View& view : views_) {
+  for (const View& view : tried_->views) {
     for (const OutlinePoint& point : view.points) most = std::max(most, std::hypot(double(point.x), double(point.y)));
   }
   const int margin = static_cast<int>(most / kDistances.front()) + 2;
@@ -157,7 +167,7 @@ OutlineSearch::Peak OutlineSearch::best_place(const Template& shown, std::size_t
   const auto size = static_cast<std::size_t>((rows - 1) * stride + columns);
   sums_.assign(size, 0);
   const double c = std::cos(shown.twist) / shown.distance, s = std::sin(shown.twist) / shown.distance;
-  const std::vector<OutlinePoint>& points = views_[shown.view].points;
+  const std::vector<OutlinePoint>& points = tried_->views[shown.view].points;
   double used = 0;
   for (std::size_t n = 0; n < points.size(); n += each) {
     const OutlinePoint& point = points[n];
@@ -188,7 +198,7 @@ OutlineSearch::Peak OutlineSearch::best_place(const Template& shown, std::size_t
 
 Pose OutlineSearch::pose_at(const Peak& peak) const {
   const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
-  const View& view = views_[peak.shown.view];
+  const View& view = tried_->views[peak.shown.view];
   Pose T = view.T_camera_object;
   const Eigen::Vector3d p_center = T * extent_.p_object_center;
   T.translation() += (peak.shown.distance - 1) * p_center;
@@ -227,7 +237,7 @@ double OutlineSearch::agreement(const View& view, const Pose& T_camera_object) c
 }
 
 PoseCandidate OutlineSearch::refined(const Peak& peak) const {
-  const View& view = views_[peak.shown.view];
+  const View& view = tried_->views[peak.shown.view];
   const Camera& camera = levels_[static_cast<std::size_t>(level_)].camera;
   PoseCandidate best;
   best.T_camera_object = pose_at(peak);
@@ -260,18 +270,21 @@ PoseCandidate OutlineSearch::refined(const Peak& peak) const {
 
 std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms) {
   if (!searching_) plan(T_last);
+  frames_ = searching_ ? frames_ + 1 : 0;
   searching_ = true;
+  tried_ = frames_ >= kAllSidesFrom && frames_ % 2 == 1 ? &all_sides_ : &around_;
+  std::vector<Template>& templates = tried_->templates;
   std::vector<const Template*> part;
   int drawn = 0;
   const auto affordable = static_cast<std::size_t>(std::max(0.0, budget_ms - kFrameMs) / kTemplateMs);
-  for (std::size_t i = 0; i < std::min(std::max(kLeastTemplates, affordable), templates_.size()); ++i) {
-    const Template& shown = templates_[next_];
-    View& view = views_[shown.view];
+  for (std::size_t i = 0; i < std::min(std::max(kLeastTemplates, affordable), templates.size()); ++i) {
+    const Template& shown = templates[tried_->next];
+    View& view = tried_->views[shown.view];
     if (!view.drawn) {
       if (drawn++ == kMostViews) break;
       draw(view);
     }
-    next_ = (next_ + 1) % templates_.size();
+    tried_->next = (tried_->next + 1) % templates.size();
     if (view.points.size() >= kLeastPoints) part.push_back(&shown);
   }
   read_frame(colors);

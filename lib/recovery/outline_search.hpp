@@ -22,9 +22,9 @@ struct OutlinePoint {
   Eigen::Vector3f p_camera = Eigen::Vector3f::Zero();
 };
 
-/// Looks for a lost object by its outline over the whole picture: contours and edges of views around those that it was
-/// held in, shifted over the frame's gradients and the colours that belong to the object (equation 38 of docs/math.md).
-/// Proposes poses to align from, decides nothing.
+/// Looks for a lost object by its outline over the whole picture: contours and edges of views around the last that it
+/// was held in, of others that it was held in, and after a while of all sides, shifted over the frame's gradients and
+/// the colours that belong to the object (equation 38 of docs/math.md). Proposes poses to align from, decides nothing.
 class OutlineSearch {
  public:
   OutlineSearch(const Device::Impl& device, const std::vector<Level>& levels, const Extent& extent,
@@ -61,8 +61,16 @@ class OutlineSearch {
     Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< of the object's centre, pixels of the level
   };
 
+  /// What is tried, in this order, again and again.
+  struct Plan {
+    std::vector<View> views;
+    std::vector<Template> templates;
+    std::size_t next = 0;
+    /// Turned about the optical axis by so many steps either way; `swing`: from where it was held last.
+    void add(const Pose& T_view, double swing, int twists, double step);
+  };
+
   void plan(const Pose& T_last);
-  void add_view(const Pose& T_view, double swing, double most_twist);
   void draw(View& view);
   void read_frame(const ColorHistograms& colors);
   /// The place where a template agrees best, by each so many-th of its points.
@@ -80,9 +88,9 @@ class OutlineSearch {
   DeviceImage& image_;
   DepthView& shape_;
   Keyframes keyframes_;
-  std::vector<View> views_;
-  std::vector<Template> templates_;  ///< in the order that they are tried in
-  std::size_t next_ = 0;
+  Plan around_, all_sides_;  ///< of where it was held last
+  Plan* tried_ = &around_;   ///< in this frame
+  int frames_ = 0;           ///< of this search
   bool searching_ = false;
   int level_ = 0;  ///< that the picture is looked at on
   DirectionResponses responses_;

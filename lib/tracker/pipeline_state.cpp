@@ -69,11 +69,7 @@ void Pipeline::choose_finest_level() {
 
 void Pipeline::upload(const Rect& wanted, int margin) {
   const Rect region = image_.region(grown(wanted, margin));
-  if (!uploaded_.empty() && region.x >= uploaded_.x && region.y >= uploaded_.y &&
-      region.x + region.width <= uploaded_.x + uploaded_.width &&
-      region.y + region.height <= uploaded_.y + uploaded_.height) {
-    return;
-  }
+  if (contains(uploaded_, region)) return;
   const Stopwatch watch(aligner_.times().upload);
   (*upload_)(region);
   uploaded_ = region;
