@@ -444,6 +444,16 @@ TEST_CASE(
   CHECK(verdict_of(alignment, context).message == "a turn does not show: known to 17 degrees (standard deviation)");
 }
 
+TEST_CASE("held by edges where no contour is found: no word of a texture that was not asked") {
+  Alignment alignment = with_edges(0.95);
+  alignment.has_texture = alignment.has_contour = false;
+  AcceptanceContext context = by_contour();
+  REQUIRE(holds(alignment, context));
+  CHECK(verdict_of(alignment, context).message.empty());
+  context.usual_inlier_ratio = 0.7;
+  CHECK(verdict_of(alignment, context).message.empty());
+}
+
 TEST_CASE("what is left of a long thing tells next to nothing of where it is along itself: not held") {
   Alignment alignment = with_edges(0.95);
   alignment.has_texture = false;

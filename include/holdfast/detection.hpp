@@ -140,7 +140,8 @@ class HOLDFAST_EXPORT GuideDetector {
   GuideDetector(GuideDetector&&) noexcept;
   GuideDetector& operator=(GuideDetector&&) noexcept;
 
-  /// As Detector::detect().
+  /// The places that fit best, the best first, whether the object is there or not: start_near() tells. Throws as
+  /// Detector::detect().
   std::vector<PoseCandidate> detect(const ImageView& frame) const;
 
  private:

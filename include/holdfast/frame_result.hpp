@@ -29,9 +29,9 @@ struct StageTimes {
   double upload = 0;
   double render = 0;
   double filter = 0;
-  double search = 0;   ///< coarse correlation search
+  double search = 0;   ///< shift search on the coarsest level
   double solve = 0;    ///< occlusion tests, flow constraints, reduction and solution, all iterations
-  double contour = 0;  ///< of these, contour lines, silhouettes included
+  double contour = 0;  ///< of these, contour lines and the model's edges, silhouettes included
   double total = 0;
 };
 
@@ -41,7 +41,7 @@ struct TextureEvidence {
   bool holds = false;       ///< it would be enough alone to hold the object
   int visible_pixels = 0;   ///< pixels of the rendered object inside the frame, estimated from what was looked at
   int usable_pixels = 0;    ///< of those looked at: known texture, off the silhouette's margin
-  int gradient_pixels = 0;  ///< of these, with a gradient in the rendered view
+  int gradient_pixels = 0;  ///< of these, with a gradient in the rendered view (paper mode: or where test (7) fails)
   int passed_pixels = 0;    ///< of these, passing the occlusion tests
   int used_pixels = 0;      ///< of these, passing the block vote too: the ones that made rows
   int rows = 0;             ///< flow constraints
@@ -97,7 +97,8 @@ struct FrameResult {
   SnapshotEvidence snapshot;
   int iterations = 0;  ///< solved systems, all levels and starts
   /// Covariance of the twist xi = (v, w) in T_true = T_camera_object exp(xi): object axes, metres and radians, rotation
-  /// about the object's origin (equation 12 in docs/math.md), and its inverse. Zero where nothing tells the pose.
+  /// about the object's origin (equation 12 in docs/math.md), and its inverse. Zero where nothing tells the pose: the
+  /// frame does not, and it is where the object would be had it gone on.
   Matrix6 covariance = Matrix6::Zero();
   Matrix6 information = Matrix6::Zero();
   StageTimes ms;
@@ -106,7 +107,9 @@ struct FrameResult {
   int visible_pixels() const { return texture.asked ? texture.visible_pixels : contour.visible_pixels; }
 };
 
-/// What became of a pixel of the frame.
+/// What became of a pixel of the frame. Where the texture does not hold the object, the silhouette is unusable and the
+/// contour's lines are marked at their feet: used (the edge is next to it), rejected_magnitude (it is elsewhere),
+/// no_gradient (nothing tells).
 enum class PixelClass : std::uint8_t {
   not_visible = 0,         ///< the object does not cover it
   unusable = 1,            ///< covered, but no known texture, on the silhouette margin, or outside the frame

@@ -56,8 +56,8 @@ inline Rect grown(const Rect& rect, int margin) {
 
 /// Whether `inner` lies within `outer`, which is not empty.
 inline bool contains(const Rect& outer, const Rect& inner) {
-  return !outer.empty() && inner.x >= outer.x && inner.y >= outer.y &&
-         inner.x + inner.width <= outer.x + outer.width && inner.y + inner.height <= outer.y + outer.height;
+  return !outer.empty() && inner.x >= outer.x && inner.y >= outer.y && inner.x + inner.width <= outer.x + outer.width &&
+         inner.y + inner.height <= outer.y + outer.height;
 }
 
 /// The smallest rectangle that holds both.

@@ -23,7 +23,7 @@ struct Tuning : TrackerOptions {
   double mesh_deviation = 0.05;  ///< pixels that a mesh of fewer triangles may be off, its texture twice
   int most_pixels = 100000;      ///< an object of more is tracked at half the resolution (quarter, ...)
   int enough_pixels = 8000;      ///< with a gradient; where more are seen, every second to fourth row is looked at
-  int iterations = 5;            ///< most solved systems a level
+  int iterations = 5;            ///< most solved systems a level where texture is asked alone
 
   bool paper() const { return quality == Quality::paper; }
 };

@@ -63,6 +63,15 @@ FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const P
   return result;
 }
 
+/// Colours seen where the object is not would hide it in the next frames.
+void forget(Tracker& tracker, const std::vector<PoseCandidate>& candidates) {
+  for (const PoseCandidate& candidate : candidates) {
+    if (candidate.T_camera_object.translation().z() <= 0) continue;
+    tracker.reset(candidate.T_camera_object);
+    return;
+  }
+}
+
 double fit(const FrameResult& result) { return result.contour.score() + std::max(0.0, result.edges.score); }
 
 /// With `share` of the evidence that a start takes.
@@ -92,8 +101,8 @@ std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCa
   }
   if (best) {
     tracker.reset(best->T_camera_object, frame, time_s);
-  } else if (!candidates.empty()) {  // colours seen where the object is not would hide it in the next frames
-    tracker.reset(candidates[0].T_camera_object);
+  } else {
+    forget(tracker, candidates);
   }
   return best;
 }
@@ -112,6 +121,7 @@ std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCa
     tracker.reset(result.T_camera_object, frame, time_s);
     return result;
   }
+  forget(tracker, candidates);
   return std::nullopt;
 }
 

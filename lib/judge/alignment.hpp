@@ -27,7 +27,6 @@ struct Alignment {
   /// Of the perturbation (normal_equations.hpp), with everything counted in; zero: not measured.
   Matrix6 covariance = Matrix6::Zero();
   Twist last_step_camera = Twist::Zero();
-  int iterations = 0;
   std::optional<double> coarse_score;  ///< of texture, where coarse levels led here
   ImagingState imaging;                ///< as learned on the way
 

@@ -84,8 +84,8 @@ Verdict open_turn(const Alignment& a) {
 }
 
 Verdict held(const Alignment& a, const Tuning& tuning, const AcceptanceContext& context) {
-  if (a.has_contour && !is_held_by_texture(a, context)) {
-    const double hidden = 1 - near_share(a);
+  if (!is_held_by_texture(a, context)) {
+    const double hidden = a.has_contour ? 1 - near_share(a) : 0;
     if (hidden > kMuchContourHidden) {
       return {Status::held, Reason::occluded, "contour hidden " + percent(hidden)};
     }

@@ -30,8 +30,8 @@ struct AcceptanceContext {
   double gain = 1;                    ///< of the frame over the model's texture, over what it was
 };
 
-/// Share of texture in what is usually known, above which texture leads: the finest level alone converges from a good
-/// prediction, and the contour alone needs more to hold the object.
+/// Share of texture in what is usually known, above which texture leads: the contour alone needs more to hold the
+/// object.
 inline constexpr double kTextureLeads = 0.5;
 
 struct Verdict {

@@ -23,7 +23,7 @@ class MotionFilter {
  public:
   explicit MotionFilter(const Extent& extent) : extent_(extent) {}
 
-  /// At this pose, known this well; the velocity is unknown.
+  /// At about this pose; the velocity is unknown.
   void reset(const Pose& T_camera_object);
 
   /// The pose of reset() is the one at time t.

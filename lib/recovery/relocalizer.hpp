@@ -37,7 +37,7 @@ class Relocalizer {
   void begin(const Pose& T_last);
   void end() { searching_ = false; }
   bool searching() const { return searching_; }
-  /// Appearances that a sweep of the whole plan takes, and how many a frame takes on.
+  /// Appearances that a sweep of the whole plan takes.
   int planned() const { return keyframes_.planned(); }
 
   /// Levels of a search: the whole picture on `swept`, candidates on `closer`, alignments from `coarsest`.

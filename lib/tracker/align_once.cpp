@@ -29,7 +29,6 @@ Alignment Aligner::align_once(const Pose& T_start, const TrackingState& state) {
   const Twist y = equations.A.ldlt().solve(equations.h);
   alignment.solved = y.allFinite() && alignment.texture.reliability > 0;
   ++solved_systems_;
-  alignment.iterations = 1;
   if (!alignment.solved) return alignment;
   alignment.last_step_camera = to_camera_axes(T_start) * y;
   alignment.T_camera_object = perturbed(T_start, y, extent_);

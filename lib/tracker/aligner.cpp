@@ -51,7 +51,7 @@ constexpr int kSilhouetteMargin = 2;
 constexpr int kSnapshotMargin = 5;
 /// Nominal milliseconds of a view, of one of its pixels, and of one look at texture and at the outline.
 constexpr double kViewMs = 0.2, kPixelMs = 1.2e-5, kTextureMs = 0.15, kOutlineMs = 0.3;
-/// Iterations on a level where the contour leads: its edges are searched closer and closer.
+/// Iterations on a level where the outline is asked, at most: its edges are searched closer and closer.
 constexpr int kContourIterations = 9;
 
 /// Share of the blur's reach that must be known surface where kSilhouetteMargin pixels are dropped at a straight
@@ -271,7 +271,6 @@ void Aligner::iterate(Alignment& alignment, int level, const AlignmentPlan& plan
     if (!tells) return;
     if (plan.still) break;
     ++solved_systems_;
-    ++alignment.iterations;
     Twist y = equations.A.ldlt().solve(equations.h);
     if (!y.allFinite()) {
       alignment.solved = false;

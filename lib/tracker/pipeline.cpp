@@ -149,7 +149,8 @@ std::optional<Alignment> Pipeline::follow_directly(const MotionPrior& prior) {
                      static_cast<int>(2 * most));
   AlignmentPlan plan = fine_plan(state_.finest, state_);
   plan.most_motion = most;
-  const Alignment alignment = aligner_.align(prior.T_camera_object, plan, state_);
+  const Pose& T_start = tuning_.predict_velocity ? prior.T_camera_object : state_.motion.pose();
+  const Alignment alignment = aligner_.align(T_start, plan, state_);
   if (!held(alignment) || !as_usual(alignment)) return {};
   return alignment;
 }
@@ -237,7 +238,7 @@ Alignment Pipeline::follow_fully(const std::vector<Pose>& hypotheses, bool searc
     tried.push_back(start.T_camera_object);
     AlignmentPlan plan = fine_plan(std::max(coarse_finest - 1, finest), state);
     plan.light_from = start.solved && coarse_finest > finest ? coarse_finest : -1;
-    plan.expected = !state.motion.lost();
+    plan.expected = !state.motion.lost() && tuning_.expected_motion && tuning_.predict_velocity;
     const Alignment alignment = aligner_.align(start.T_camera_object, plan, state);
     if (best.score < 0 || alignment.score > best.score) best = alignment;
     if (held(best, state) && (as_usual(best) || state.motion.lost())) break;

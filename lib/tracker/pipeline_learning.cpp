@@ -20,7 +20,6 @@ constexpr double kMostLight = 0.2, kAgain = 0.7;
 constexpr double kLeastDirection = 0.02;
 /// Pixels between the view drawn last and the pose, for light to be learned from it.
 constexpr double kSameView = 2;
-constexpr double kLow = 2;
 /// How texels are averaged is measured in the first frames and then in one of so many once it is clear; of how many
 /// measurements evidence is a mean, what it must be to change the choice, and to be clear.
 constexpr int kFirstMeasurements = 2, kTexelMemory = 8, kTexelPause = 64;
@@ -145,10 +144,6 @@ void Pipeline::learn_usual(const Alignment& alignment, bool first, TrackingState
   }
   if (alignment.has_contour) {
     const double score = std::max(0.0, alignment.contour.score());
-    const double off = score - usual.expected_contour_score();
-    // Something in front of it must not become usual.
-    const double square = std::min(off * off, kLow * kLow * usual.contour_variance);
-    usual.contour_variance += kContourMemory * (square - usual.contour_variance);
     const double near = near_share(alignment);
     const bool hidden = near < kMostNear * usual.contour_near;
     const double weight = usual.contour_score <= 0 ? 1.0
@@ -205,7 +200,10 @@ void Pipeline::doubt_texture(Alignment& best) {
   tried_.usual.texture_trust = 0;
   show(snapshot, tried_);
   const Alignment without = follow_fully({prior_.T_camera_object}, false, tried_);
-  if (!held(without, tried_) || !is_as_in_snapshot(without)) return;
+  if (!held(without, tried_) || !is_as_in_snapshot(without)) {
+    view_.clear();  // it shows the snapshot
+    return;
+  }
   const Alignment with = aligner_.align(without.T_camera_object, fine_plan(state_.finest, state_), state_);
   if (held(with)) best = with;
 }

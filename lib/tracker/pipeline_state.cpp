@@ -75,6 +75,10 @@ void Pipeline::upload(const Rect& wanted, int margin) {
   uploaded_ = region;
 }
 
+double Pipeline::gain(const Alignment& alignment) const {
+  return alignment.imaging.texture.light.gain[image_.grey() ? 0 : 1];
+}
+
 void Pipeline::commit(const Alignment& alignment, double time) {
   const bool first = !state_.seen;
   const Pose T_predicted = prior_.T_camera_object;
@@ -93,7 +97,7 @@ void Pipeline::commit(const Alignment& alignment, double time) {
     state_.left_unobservable = alignment.texture.unobservable.count > 0;
     const double weight = std::max(1.0 / (state_.usual.held_frames + 1), kRatioMemory);
     state_.usual.unobservable += weight * ((state_.left_unobservable ? 1 : 0) - state_.usual.unobservable);
-    state_.usual.gain += kScoreMemory * (alignment.imaging.texture.light.gain[1] - state_.usual.gain);
+    state_.usual.gain += kScoreMemory * (gain(alignment) - state_.usual.gain);
     if (usual) learn_light(alignment, state_);
     const double motion = aligner_.corner_motion(state_.motion.pose(), alignment.T_camera_object);
     if (tuning_.motion_blur && state_.followed() && !tuning_.paper() &&
@@ -141,6 +145,7 @@ void Pipeline::miss(const Alignment& alignment, double time, FrameResult& result
   } else {
     state_.suspected.reset();
     result.T_camera_object = prior_.T_camera_object;
+    result.covariance = result.information = Matrix6::Zero();
   }
   state_.motion.miss(time);
 }
@@ -187,7 +192,7 @@ AcceptanceContext Pipeline::context(const Alignment& alignment, const TrackingSt
     result.blur_pixels = state.imaging.exposure.share * moved;
     result.predicted_pixels = motion.moving() ? aligner_.corner_motion(motion.pose(), prior_.T_camera_object) : 0;
   }
-  result.gain = alignment.imaging.texture.light.gain[1] / state.usual.gain;
+  result.gain = gain(alignment) / state.usual.gain;
   return result;
 }
 
@@ -226,12 +231,12 @@ FrameResult Pipeline::report(const Alignment& alignment, const TrackingState& st
     contour.telling_lines = static_cast<int>(sums.rows);
     contour.near_lines = static_cast<int>(sums.near);
     contour.agreement = sums.agreement;
-    contour.residual = root_mean(sums.weighted_square, sums.weight);
+    contour.residual = (1 << state.finest) * root_mean(sums.weighted_square, sums.weight);
   }
   if (alignment.has_edges) {
     const EdgeTerms& terms = alignment.edges;
     result.edges = {true, static_cast<int>(terms.lines), static_cast<int>(terms.near), terms.score(),
-                    std::sqrt(terms.variance)};
+                    (1 << state.finest) * std::sqrt(terms.variance)};
   }
   if (alignment.has_snapshot) {
     const TextureTerms& terms = alignment.snapshot;

@@ -17,7 +17,6 @@ struct UsualEvidence {
   double inlier_ratio = 0;                        ///< of texture where nothing is in front; 0: unknown
   double contour_score = 0;                       ///< 0: unknown
   double contour_near = 1;                        ///< share of its lines whose edge is next to it
-  double contour_variance = 0.0025;               ///< of that score
   double edge_score = 0;                          ///< 0: unknown
   double edge_share = -1;                         ///< of edges in the information of contour and edges; -1: unknown
   double texture_trust = 1;                       ///< share of texture in the information of both, running mean

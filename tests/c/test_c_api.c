@@ -82,6 +82,21 @@ static holdfast_mesh* make_card(void) {
   return mesh;
 }
 
+/* A holdfast_camera cannot say what lens its coefficients are of. */
+static void check_fisheye(holdfast_camera* loaded) {
+  const char* path = "c_api_fisheye.yaml";
+  FILE* file = fopen(path, "w");
+  CHECK(file != NULL);
+  if (file == NULL) return;
+  fprintf(file, "image_width: 640\nimage_height: 480\ndistortion_model: equidistant\n"
+                "camera_matrix: [600, 0, 320, 0, 600, 240, 0, 0, 1]\n"
+                "distortion_coefficients: [0.1, 0.02, 0, 0]\n");
+  fclose(file);
+  CHECK(holdfast_camera_load(path, 0, 0, loaded) == HOLDFAST_CAMERA);
+  CHECK(strstr(holdfast_last_error(), "fisheye") != NULL);
+  remove(path);
+}
+
 static void check_misuse(holdfast_tracker* tracker, const holdfast_mesh* mesh, const holdfast_camera* camera,
                          holdfast_image image) {
   holdfast_result result;
@@ -96,6 +111,7 @@ static void check_misuse(holdfast_tracker* tracker, const holdfast_mesh* mesh, c
   CHECK(holdfast_mesh_load("no-such-file.obj", 1, NULL) == HOLDFAST_INVALID_ARGUMENT);
   CHECK(holdfast_camera_load("no-such-file.yml", 0, 0, &loaded) == HOLDFAST_FILE);
   CHECK(strstr(holdfast_last_error(), "no-such-file.yml") != NULL);
+  check_fisheye(&loaded);
   holdfast_mesh_destroy(NULL);
   holdfast_tracker_destroy(NULL);
 }

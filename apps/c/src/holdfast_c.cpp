@@ -215,6 +215,10 @@ holdfast_code holdfast_camera_load(const char* path, int32_t width, int32_t heig
     holdfast_camera& out = required(camera, "camera");
     Camera loaded = io::load_camera(&required(path, "path"));
     if (width != 0 || height != 0) loaded = io::camera_for_frames(loaded, width, height, false);
+    if (loaded.lens != LensModel::polynomial) {
+      throw Error(ErrorCode::camera,
+                  std::string(path) + ": holdfast_camera has no fisheye lens: undistort the frames first");
+    }
     out = {loaded.width, loaded.height, loaded.fx, loaded.fy, loaded.cx, loaded.cy, {}};
     std::copy(loaded.distortion.begin(), loaded.distortion.end(), out.distortion);
   });
