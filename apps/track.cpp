@@ -61,7 +61,8 @@ bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageVie
   try {
     follower.reset(T_camera_object);
     const FrameResult result = follower.track(view);
-    return result.status == Status::held && (result.texture.holds || !by_texture);
+    if (by_texture) return result.status == Status::held && result.texture.holds;
+    return detection::is_still_seen(result);  // an outline is held by chance, too, where a pose is given
   } catch (const Error&) {
     return false;  // behind the camera
   }

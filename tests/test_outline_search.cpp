@@ -201,14 +201,14 @@ TEST_CASE("turned, nearer and elsewhere in the picture: one of the poses propose
     scene.show(T_true);
     double least = 1e9;
     for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs)));
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs, false)));
     }
     CHECK(least < 0.5);
     // Without the colours by the gradients alone.
     scene.search.end();
     least = 1e9;
     for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, ColorHistograms(), kBudgetMs)));
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, ColorHistograms(), kBudgetMs, false)));
     }
     CHECK(least < 0.6);
   }
@@ -226,7 +226,7 @@ TEST_CASE("a small budget proposes the same pose some frames later") {
   const auto frames_until_near = [&](double budget_ms) {
     scene.search.end();
     for (int frame = 1; frame <= 40; ++frame) {
-      if (scene.nearest(T_true, scene.search.starts(T_last, colors, budget_ms)) < 0.5) return frame;
+      if (scene.nearest(T_true, scene.search.starts(T_last, colors, budget_ms, false)) < 0.5) return frame;
     }
     return 1000;
   };
@@ -243,10 +243,10 @@ TEST_CASE("the same frames propose the same poses, and a new search begins anew"
   scene.show(pose_of({0.6, 0.5, 0.1}, {0.04, 0.02, 0.42}));
   const ColorHistograms colors;
   std::vector<std::vector<Pose>> first;
-  for (int i = 0; i < 3; ++i) first.push_back(scene.search.starts(T_last, colors, kBudgetMs));
+  for (int i = 0; i < 3; ++i) first.push_back(scene.search.starts(T_last, colors, kBudgetMs, false));
   scene.search.end();
   for (int i = 0; i < 3; ++i) {
-    const std::vector<Pose> again = scene.search.starts(T_last, colors, kBudgetMs);
+    const std::vector<Pose> again = scene.search.starts(T_last, colors, kBudgetMs, false);
     REQUIRE(again.size() == first[static_cast<std::size_t>(i)].size());
     for (std::size_t n = 0; n < again.size(); ++n) {
       CHECK(again[n].matrix() == first[static_cast<std::size_t>(i)][n].matrix());
@@ -270,7 +270,7 @@ TEST_CASE("what shows quite another side is proposed once all sides have been lo
     scene.show(T_true);
     double least = 1e9;
     for (int frame = 0; frame < 60; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs)));
+      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs, true)));
     }
     CHECK(least < 0.6);
   }

@@ -268,11 +268,12 @@ PoseCandidate OutlineSearch::refined(const Peak& peak) const {
   return best;
 }
 
-std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms) {
+std::vector<Pose> OutlineSearch::starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms,
+                                        bool all_sides) {
   if (!searching_) plan(T_last);
   frames_ = searching_ ? frames_ + 1 : 0;
   searching_ = true;
-  tried_ = frames_ >= kAllSidesFrom && frames_ % 2 == 1 ? &all_sides_ : &around_;
+  tried_ = all_sides && frames_ >= kAllSidesFrom && frames_ % 2 == 1 ? &all_sides_ : &around_;
   std::vector<Template>& templates = tried_->templates;
   std::vector<const Template*> part;
   int drawn = 0;

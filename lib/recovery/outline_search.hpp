@@ -37,9 +37,9 @@ class OutlineSearch {
   void end() { searching_ = false; }
 
   /// The best starts for this frame, of the next part of a plan that goes on from frame to frame, as much of it as so
-  /// many nominal milliseconds allow; the whole picture must have been uploaded. `T_last`: where it was held last.
-  /// Waits for the device.
-  std::vector<Pose> starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms);
+  /// many nominal milliseconds allow; the whole picture must have been uploaded. `T_last`: where it was held last;
+  /// `all_sides`: it may show any by now. Waits for the device.
+  std::vector<Pose> starts(const Pose& T_last, const ColorHistograms& colors, double budget_ms, bool all_sides);
 
  private:
   /// The object as it may look, its centre on the optical axis; points are those at the middle distance.

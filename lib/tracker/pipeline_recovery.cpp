@@ -192,7 +192,9 @@ void Pipeline::relocalize_by_outline(Alignment& best) {
   tried_.textured = false;
   tried_.T_snapshot.reset();
   std::vector<Alignment> starts;
-  for (const Pose& T : outline_search_.starts(T_last, state_.colors, tuning_.recovery_budget_ms)) {
+  // Texture tells of other sides; beside it an outline hardly does.
+  const bool all_sides = !state_.textured;
+  for (const Pose& T : outline_search_.starts(T_last, state_.colors, tuning_.recovery_budget_ms, all_sides)) {
     Alignment start = aligner_.align(T, coarse_plan(aligner_.contour().coarsest(T, state_.finest)), tried_);
     if (start.solved) starts.push_back(std::move(start));
   }
