@@ -82,6 +82,25 @@ struct Scene {
     shape.start_frame();
   }
 
+  /// The colours of both sides in a frame of the object at this pose.
+  ColorHistograms colors_at(const Pose& T) {
+    show(T);
+    ColorHistograms colors;
+    REQUIRE(contour.learn(T, 0, colors));
+    return colors;
+  }
+
+  /// Of the poses that a new search proposes in so many frames, that of nearest().
+  double nearest_within(int frames, const Pose& T_last, const Pose& T_true, const ColorHistograms& colors,
+                        bool all_sides) {
+    search.end();
+    double least = 1e9;
+    for (int frame = 0; frame < frames; ++frame) {
+      least = std::min(least, nearest(T_true, search.starts(T_last, colors, kBudgetMs, all_sides)));
+    }
+    return least;
+  }
+
   /// Of the poses proposed, the least turn and distance from the truth, radians and object radii, added up.
   double nearest(const Pose& T_true, const std::vector<Pose>& poses) const {
     double least = 1e9;
@@ -189,28 +208,16 @@ TEST_CASE("turned, nearer and elsewhere in the picture: one of the poses propose
   const Device device;
   Scene scene(device);
   const Pose T_last = pose_of({0.5, 0.4, 0.2}, {-0.05, -0.02, 0.42});
-  scene.show(T_last);
-  ColorHistograms colors;
-  REQUIRE(scene.contour.learn(T_last, 0, colors));
+  const ColorHistograms colors = scene.colors_at(T_last);
   const std::vector<Pose> truths = {pose_of({0.5, 0.4, 0.2}, {0.06, 0.03, 0.42}),
                                     pose_of({0.9, 0.3, 0.5}, {0.05, 0.02, 0.46}),
                                     pose_of({0.2, 0.9, -0.2}, {-0.06, 0.03, 0.38})};
   for (const Pose& T_true : truths) {
     CAPTURE(T_true.translation().transpose());
-    scene.search.end();
     scene.show(T_true);
-    double least = 1e9;
-    for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs, false)));
-    }
-    CHECK(least < 0.5);
+    CHECK(scene.nearest_within(6, T_last, T_true, colors, false) < 0.5);
     // Without the colours by the gradients alone.
-    scene.search.end();
-    least = 1e9;
-    for (int frame = 0; frame < 6; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, ColorHistograms(), kBudgetMs, false)));
-    }
-    CHECK(least < 0.6);
+    CHECK(scene.nearest_within(6, T_last, T_true, ColorHistograms(), false) < 0.6);
   }
 }
 
@@ -219,9 +226,7 @@ TEST_CASE("a small budget proposes the same pose some frames later") {
   Scene scene(device);
   const Pose T_last = pose_of({0.5, 0.4, 0.2}, {-0.05, -0.02, 0.42}),
              T_true = pose_of({0.9, 0.3, 0.5}, {0.05, 0.02, 0.46});
-  scene.show(T_last);
-  ColorHistograms colors;
-  REQUIRE(scene.contour.learn(T_last, 0, colors));
+  const ColorHistograms colors = scene.colors_at(T_last);
   scene.show(T_true);
   const auto frames_until_near = [&](double budget_ms) {
     scene.search.end();
@@ -258,20 +263,13 @@ TEST_CASE("what shows quite another side is proposed once all sides have been lo
   const Device device;
   Scene scene(device);
   const Pose T_last = pose_of({0.5, 0.4, 0.2}, {-0.05, -0.02, 0.42});
-  scene.show(T_last);
-  ColorHistograms colors;
-  REQUIRE(scene.contour.learn(T_last, 0, colors));
+  const ColorHistograms colors = scene.colors_at(T_last);
   for (const Eigen::Vector3d& turn :
        {Eigen::Vector3d(2.2, 0.3, 0), Eigen::Vector3d(0.4, -1.5, 1), Eigen::Vector3d(0.3, 2.6, 0.4)}) {
     const Pose T_true = pose_of(turn, {0.04, 0.02, 0.4});
     CAPTURE(turn.transpose());
     REQUIRE(rotation_angle(T_true.linear().transpose() * T_last.linear()) > 1.5);
-    scene.search.end();
     scene.show(T_true);
-    double least = 1e9;
-    for (int frame = 0; frame < 60; ++frame) {
-      least = std::min(least, scene.nearest(T_true, scene.search.starts(T_last, colors, kBudgetMs, true)));
-    }
-    CHECK(least < 0.6);
+    CHECK(scene.nearest_within(60, T_last, T_true, colors, true) < 0.6);
   }
 }

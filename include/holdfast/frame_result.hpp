@@ -107,7 +107,7 @@ struct FrameResult {
   int visible_pixels() const { return texture.asked ? texture.visible_pixels : contour.visible_pixels; }
 };
 
-/// What became of a pixel of the frame. Where the texture does not hold the object, the silhouette is unusable and the
+/// The fate of a pixel of the frame. Where the texture does not hold the object, the silhouette is unusable and the
 /// contour's lines are marked at their feet: used (the edge is next to it), rejected_magnitude (it is elsewhere),
 /// no_gradient (nothing tells).
 enum class PixelClass : std::uint8_t {

@@ -54,7 +54,7 @@ inline Rect grown(const Rect& rect, int margin) {
   return {rect.x - margin, rect.y - margin, rect.width + 2 * margin, rect.height + 2 * margin};
 }
 
-/// Whether `inner` lies within `outer`, which is not empty.
+/// True where `inner` lies within `outer`, which is not empty.
 inline bool contains(const Rect& outer, const Rect& inner) {
   return !outer.empty() && inner.x >= outer.x && inner.y >= outer.y && inner.x + inner.width <= outer.x + outer.width &&
          inner.y + inner.height <= outer.y + outer.height;

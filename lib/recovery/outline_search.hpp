@@ -61,7 +61,7 @@ class OutlineSearch {
     Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< of the object's centre, pixels of the level
   };
 
-  /// What is tried, in this order, again and again.
+  /// Templates are tried in this order, again and again.
   struct Plan {
     std::vector<View> views;
     std::vector<Template> templates;

@@ -100,7 +100,7 @@ class Aligner {
   void measure(Alignment& alignment, const AlignmentPlan& plan, const TrackingState& state, const Pose& T_start);
   bool spares_contour(const TextureTerms& texture, const NormalEquations& prior, const TrackingState& state) const;
   void shift(Alignment& alignment, int level);
-  /// What contour and edges say at the alignment's pose.
+  /// Contour and edges are linearized at the alignment's pose.
   void look_at_outline(Alignment& alignment, int level, const OutlineCloseness& search, const TrackingState& state);
   const Device::Impl& device_;
   const std::vector<Level>& levels_;

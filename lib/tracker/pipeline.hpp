@@ -103,7 +103,7 @@ class Pipeline {
   bool held(const Alignment& alignment) const { return held(alignment, state_); }
   bool as_usual(const Alignment& alignment) const { return alignment.score > kUsualShare; }
 
-  /// Of the frame's middle channel, or its only one, over the model's texture.
+  /// Gain of the frame's middle channel, or its only one, over the model's texture.
   double gain(const Alignment& alignment) const;
   FrameResult report(const Alignment& alignment, const TrackingState& state);
   void commit(const Alignment& alignment, double time);
