@@ -55,7 +55,6 @@ namespace fs = std::filesystem;
 namespace app {
 namespace {
 
-/// True where a frame shows the object near this pose.
 /// The object is held from a pose; with `by_texture` by what is printed on it, which tells sides apart.
 bool is_held_from(Tracker& follower, const Pose& T_camera_object, const ImageView& view, bool by_texture) {
   try {

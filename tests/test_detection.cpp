@@ -257,6 +257,8 @@ TEST_CASE("A model that cannot be recognized is refused") {
     std::fill(material.texture.rgba.begin(), material.texture.rgba.end(), std::uint8_t{255});
   }
   CHECK_ERROR(ModelFeatures{blank}, ErrorCode::model, "next to no features");
+  CHECK_ERROR((Detector{ModelFeatures::none(plain), {640, 480, 600, 600, 319.5, 239.5, {}}}), ErrorCode::model,
+              "next to no features");
 }
 
 namespace {

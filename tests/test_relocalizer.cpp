@@ -23,7 +23,7 @@ struct Search {
         view(device.impl(), mesh, view_renderer(mesh, levels, {}), levels, filter),
         image(device.impl(), kCamera, levels, filter),
         extent{mesh.center().cast<double>(), mesh.radius()},
-        shifts(device.impl(), levels, static_cast<std::size_t>(levels[1].width * levels[1].height)),
+        shifts(device.impl(), levels),
         relocalizer(levels, extent, shifts, view, image) {
     Renderer renderer(mesh, kCamera.width, kCamera.height);
     const test::View drawn = test::draw(renderer, T_seen, kCamera);

@@ -181,6 +181,21 @@ TEST_CASE("partly outside the frame, and leaving it") {
   CHECK(lost < leaving.size());
 }
 
+TEST_CASE("small pictures, no search for a shift: a lost object is looked for all the same") {
+  SequenceOptions options = paper_camera(6, 1, 17);
+  options.camera = {48, 48, 110, 110, 23.5, 23.5, {}};
+  const Sequence sequence(box(), options);
+  TrackerOptions no_shifts;
+  no_shifts.search_radius = 0;
+  Tracker tracker(box(), sequence.camera(), no_shifts);
+  tracker.reset(sequence.pose(0));
+  int held = 0;
+  for (int i = 0; i < 4; ++i) held += tracker.track(view_of(sequence.frame(i))).status == Status::held;
+  CHECK(held == 4);
+  const cv::Mat gone = clutter(sequence.camera());
+  for (int i = 0; i < 6; ++i) CHECK(tracker.track(view_of(gone)).status == Status::lost);
+}
+
 TEST_CASE("with little time a frame a lost object is found too, in more frames") {
   SequenceOptions options = paper_camera(1, 2, 31);
   Pose away = Pose::Identity();

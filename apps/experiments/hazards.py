@@ -30,9 +30,9 @@ HEAD = """# Hazards
 `make hazards` writes this table: cases in which a tracker may report `held` while it is wrong, {seeds} seeds each,
 drawn by a ray caster that shares nothing with the tracker. The tracker starts from the first true pose and is never
 put back. *Wrong* counts frames that are held more than {mm} mm or {degrees} degrees off, or held where the object is
-another one or gone: it should be 0, and where it is not, the tracker has that weakness. *Truly held* is the share of frames held and right, among those in which at least
-{seen:.0f} % of the silhouette is seen: it should be high, so that 0 wrong is not got by holding nothing. Turns that a
-shape without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself,
+another one or gone. It should be 0; where it is not, the tracker has that weakness. *Truly held* is the share of frames
+held and right, among those in which at least {seen:.0f} % of the silhouette is seen. It should be high, so that 0 wrong
+is not got by holding nothing. Turns that a shape without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself,
 as long as the choice among them stays the same while the object is held. A jump is a cut to another moment of the same
 sequence; `SEQUENCES=FOLDER` adds jumps within recorded ones, `JUMPS=500` makes them more.
 

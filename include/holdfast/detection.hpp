@@ -61,7 +61,7 @@ struct PoseCandidate {
 /// Proposes poses of an object in single frames of one camera. Used by one thread at a time.
 class HOLDFAST_EXPORT Detector {
  public:
-  /// Throws Error(camera).
+  /// Throws Error(camera), and Error(model) for features of next to nothing, as those of none() are.
   Detector(const ModelFeatures& features, const Camera& camera);
   ~Detector();
   Detector(Detector&&) noexcept;

@@ -41,7 +41,7 @@ struct TextureEvidence {
   bool holds = false;       ///< it would be enough alone to hold the object
   int visible_pixels = 0;   ///< pixels of the rendered object inside the frame, estimated from what was looked at
   int usable_pixels = 0;    ///< of those looked at: known texture, off the silhouette's margin
-  int gradient_pixels = 0;  ///< of these, with a gradient in the rendered view (paper mode: or where test (7) fails)
+  int gradient_pixels = 0;  ///< of these, with a gradient in the view; with magnitude_test also where (7) fails
   int passed_pixels = 0;    ///< of these, passing the occlusion tests
   int used_pixels = 0;      ///< of these, passing the block vote too: the ones that made rows
   int rows = 0;             ///< flow constraints

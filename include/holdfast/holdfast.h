@@ -163,12 +163,12 @@ HOLDFAST_C_EXPORT const char* holdfast_version(void);
 /** What the last function of this thread that returned another code than HOLDFAST_OK said; "" before any did. */
 HOLDFAST_C_EXPORT const char* holdfast_last_error(void);
 
-/** Reads a calibration of OpenCV or ROS, or a text "fx fy cx cy", for frames of this size (0, 0: the file's). That of a
- *  fisheye lens is refused (HOLDFAST_CAMERA): a holdfast_camera cannot say what lens its coefficients are of. */
+/** Reads a calibration of OpenCV, ROS or Kalibr, or a text "fx fy cx cy", for frames of this size (0, 0: the file's).
+ *  That of a fisheye lens is refused (HOLDFAST_CAMERA): a holdfast_camera cannot say what lens its coefficients are of. */
 HOLDFAST_C_EXPORT holdfast_code holdfast_camera_load(const char* path, int32_t width, int32_t height,
                                                      holdfast_camera* camera);
 
-/** Reads the first pose of a file: a 3x4 or 4x4 matrix, or TUM. */
+/** Reads the first pose of a file: a 3x4 or 4x4 matrix, TUM, or OpenCV's rvec and tvec. */
 HOLDFAST_C_EXPORT holdfast_code holdfast_pose_load(const char* path, double T_camera_object[16]);
 
 /** Reads a model: OBJ, PLY, glTF, ...; `scale` turns its unit into metres. */

@@ -57,7 +57,7 @@ class HOLDFAST_EXPORT Renderer {
 
   /// Draws the pixels `roi` (may reach outside the camera's frame) of the view at `T_camera_object`; rows from the top
   /// down; lens distortion is not drawn. Textures are sampled linearly within mipmaps of half a pixel a texel,
-  /// nearest between them (docs/math.md).
+  /// nearest between them.
   /// Returns the depth range of this view. When the object is not in front of the camera nothing is drawn.
   /// Throws Error(invalid_argument) for a region that is empty, larger than the maximum or wider than the stride,
   /// Error(pose) for a pose that is not finite, Error(renderer) when OpenGL fails.

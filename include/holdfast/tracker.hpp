@@ -46,7 +46,8 @@ class HOLDFAST_EXPORT Tracker {
   FrameResult track(const DeviceImageView& frame, std::optional<double> time_s = {});
 
   /// As track(), without prediction, search or moving on: refines the pose given on this frame. What track() finds
-  /// next is what it would have found anyway. Throws as track() and, for a pose that is no rigid motion, Error(pose).
+  /// next is what it would have found anyway. Needs no reset() before. Throws Error(image) as track(), and Error(pose)
+  /// for a pose that is no rigid motion.
   FrameResult refine(const ImageView& frame, const Pose& T_camera_object);
 
   /// The per-pixel decision of the last frame, at its last iteration on the finest level.

@@ -1,5 +1,5 @@
-/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 10, 11 and 13 of
-   docs/math.md. */
+/* Block vote, flow constraints of the surviving pixels and their sums, a tile at a time: equations 10, 11b and 13
+   of docs/math.md. */
 
 #if HF_STRIPS
 /* Of every column beside a row's lanes, eight more on either side: pixels of the neighbourhood's rows that count and,

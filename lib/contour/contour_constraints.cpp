@@ -76,7 +76,6 @@ kernel::hf_contour ContourConstraints::options(const DeviceImage& image, const P
 ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
                                          const ContourSearch& search) {
   ContourSums sums;
-  if (points_.empty()) return sums;
   image.enqueue_pixels(level_);
   enqueue_points();
   set_arguments(constraints_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
@@ -114,13 +113,11 @@ ContourSums ContourConstraints::evaluate(DeviceImage& image, const Pose& D, cons
   return sums;
 }
 
-void ContourConstraints::learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning,
-                               ColorHistograms& colors) {
-  if (points_.empty()) return;
+void ContourConstraints::learn(DeviceImage& image, ColorHistograms& colors) {
   image.enqueue_pixels(level_);
   enqueue_points();
   set_arguments(colors_, image.pixels(level_), levels_[static_cast<std::size_t>(level_)].layout, points_buffer_,
-                options(image, D, conditioning, {}), bins_buffer_);
+                options(image, Pose::Identity(), {}, {}), bins_buffer_);
   device_.enqueue_items(colors_, points_.size());
   const std::size_t count = points_.size() * kLine;
   device_.queue.enqueueReadBuffer(bins_buffer_, CL_TRUE, 0, count * sizeof(int), bins_.data());

@@ -60,8 +60,8 @@ class ContourConstraints {
     }
   }
 
-  /// Adds the colours on both sides of the contour when it has moved by D. Waits for the device.
-  void learn(DeviceImage& image, const Pose& D, const Conditioning& conditioning, ColorHistograms& colors);
+  /// Adds the colours on both sides of the contour, which must be drawn where it is. Waits for the device.
+  void learn(DeviceImage& image, ColorHistograms& colors);
 
  private:
   void enqueue_points();

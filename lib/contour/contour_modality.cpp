@@ -71,7 +71,7 @@ ContourTerms ContourModality::linearize(const Pose& T_camera_object, int level, 
 
 bool ContourModality::learn(const Pose& T_camera_object, int level, ColorHistograms& colors) {
   if (!draw(T_camera_object, level, 0) || constraints_.count() < kLeastLines) return false;
-  constraints_.learn(image_, Pose::Identity(), {T_camera_object * extent_.p_object_center, extent_.radius}, colors);
+  constraints_.learn(image_, colors);
   return true;
 }
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <string>
 
 #include "detection/frame_mat.hpp"
+#include "holdfast/error.hpp"
 
 namespace holdfast::detection {
 namespace {
@@ -24,10 +26,17 @@ struct Match {
   int feature, place;
 };
 
+const ModelFeatures& enough(const ModelFeatures& model) {
+  if (model.count() >= static_cast<std::size_t>(kNeighbours)) return model;
+  throw Error(ErrorCode::model, "the model has next to no features to recognize it by (" +
+                                    std::to_string(model.count()) +
+                                    "): read its texture, or learn some from frames first");
+}
+
 }  // namespace
 
 Matcher::Matcher(const ModelFeatures& model)
-    : model_(model),
+    : model_(enough(model)),
       descriptors_(comparable(model.data().descriptors)),
       trees_(descriptors_, cv::flann::KDTreeIndexParams(kTrees)) {}
 

@@ -66,9 +66,11 @@ FrameResult refined_by_contour(Tracker& tracker, const ImageView& frame, const P
 /// Colours seen where the object is not would hide it in the next frames.
 void forget(Tracker& tracker, const std::vector<PoseCandidate>& candidates) {
   for (const PoseCandidate& candidate : candidates) {
-    if (candidate.T_camera_object.translation().z() <= 0) continue;
-    tracker.reset(candidate.T_camera_object);
-    return;
+    try {
+      tracker.reset(candidate.T_camera_object);
+      return;
+    } catch (const Error&) {  // it is out of the picture
+    }
   }
 }
 
@@ -110,7 +112,7 @@ std::optional<FrameResult> start_near(Tracker& tracker, const std::vector<PoseCa
 std::optional<FrameResult> start_seen(Tracker& tracker, const std::vector<PoseCandidate>& candidates,
                                       const ImageView& frame, std::optional<double> time_s) {
   for (const PoseCandidate& candidate : candidates) {
-    if (candidate.inliers < kLeastSeen || candidate.T_camera_object.translation().z() <= 0) continue;
+    if (candidate.inliers < kLeastSeen) continue;
     FrameResult result = refined_by_contour(tracker, frame, candidate.T_camera_object);
     const ContourEvidence& contour = result.contour;
     if (result.status != Status::held || !contour.asked || contour.score() < kSeenScore ||
@@ -129,7 +131,6 @@ std::optional<FrameResult> start_at(Tracker& tracker, const std::vector<PoseCand
                                     const ImageView& frame, std::optional<double> time_s) {
   std::optional<FrameResult> best;
   for (const PoseCandidate& candidate : candidates) {
-    if (candidate.T_camera_object.translation().z() <= 0) continue;
     FrameResult result;
     result.T_camera_object = candidate.T_camera_object;
     for (int round = 0; round < kMostRounds; ++round) {

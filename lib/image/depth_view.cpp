@@ -32,7 +32,6 @@ bool DepthView::draw(const Pose& T_camera_object, int level_index, double within
 }
 
 int DepthView::visible_pixels() const {
-  if (level_ < 0) return 0;
   const Level& level = levels_[static_cast<std::size_t>(level_)];
   int count = 0;
   for (int y = 0; y < drawn_.rect.height && drawn_.rect.y + y < level.height; ++y) {

@@ -86,7 +86,6 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   const int finest = request.finest, count = request.count;
   const Exposure& exposure = request.exposure;
   const Rect object = bounds(request.T_camera_object);
-  T_camera_object_ = request.T_camera_object;
   render_ms_ = 0;
   for (auto& planes : planes_) planes.tiles = {};
   if (object.empty()) return false;
@@ -115,6 +114,7 @@ bool ViewTemplate::enqueue(const ViewRequest& request, DeviceImage* frame) {
   device_.queue.enqueueWriteBuffer(window_depth_, CL_FALSE, 0, pixel_count * sizeof(float), host_depth_.data(), nullptr,
                                    &copied_);
   device_.queue.flush();
+  T_camera_object_ = request.T_camera_object;
   drawn_ = rect;
   drawn_level_ = f;
   render_ms_ = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

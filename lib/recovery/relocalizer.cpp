@@ -98,11 +98,6 @@ Relocalizer::Levels Relocalizer::levels_for(const Pose& T_last, int finest, int 
   return result;
 }
 
-double Relocalizer::view_cost_ms(int level) const {
-  const Level& l = levels_[static_cast<std::size_t>(level)];
-  return kViewCost + kShiftCost * l.width * l.height;
-}
-
 std::vector<PoseCandidate> Relocalizer::search(const DrawView& draw, const Levels& levels, double budget_ms) {
   const Level& searched = levels_[static_cast<std::size_t>(levels.swept)];
   search_.enqueue_gradients(image_, levels.swept);
@@ -111,8 +106,8 @@ std::vector<PoseCandidate> Relocalizer::search(const DrawView& draw, const Level
   const int top = static_cast<int>(std::lround(searched.camera.cy));
   const Rect shifts{-left, -top, searched.width, searched.height};
   // A third of the budget sweeps; closer looks take the next, alignments the last.
-  const int sweeps =
-      std::clamp(static_cast<int>(budget_ms / 3 / view_cost_ms(levels.swept)), kFewestAppearances, kMostAppearances);
+  const double view_ms = kViewCost + kShiftCost * searched.width * searched.height;
+  const int sweeps = std::clamp(static_cast<int>(budget_ms / 3 / view_ms), kFewestAppearances, kMostAppearances);
   std::vector<PoseCandidate> candidates;
   for (int i = 0; i < sweeps; ++i) {
     const Pose T_appearance = keyframes_.next();

@@ -63,7 +63,6 @@ class Relocalizer {
   PoseCandidate looked_at(const DrawView& draw, const Pose& T_camera_object, int level, int reach);
   PoseCandidate turned_to_fit(const DrawView& draw, const PoseCandidate& candidate, int level);
   void keep_best(std::vector<PoseCandidate>& candidates, std::size_t count, int level) const;
-  double view_cost_ms(int level) const;
 
   const std::vector<Level>& levels_;
   Extent extent_;

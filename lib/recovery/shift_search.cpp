@@ -17,10 +17,8 @@ double parabola_peak(double left, double center, double right) {
 
 }  // namespace
 
-ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, std::size_t most_shifts)
+ShiftSearch::ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels)
     : device_(device), levels_(levels) {
-  scores_.resize(most_shifts);
-  scores_buffer_ = device.zeroed_buffer(scores_.size() * sizeof(float));
   // Searched is never the finest of several levels.
   const Level& largest = levels[std::min<std::size_t>(1, levels.size() - 1)];
   gradients_ = device.zeroed_buffer((largest.elements + kGuardFloats) * kGradientPlanes * sizeof(float));
@@ -44,11 +42,15 @@ ShiftSearch::Result ShiftSearch::search(const ViewTemplate& view, const DeviceIm
   const Rect part = part_of_view.value_or(planes.drawn());
   const int step = std::max(1, static_cast<int>(std::sqrt(0.5 * part.width * part.height / scored_pixels)));
   const Rect& valid = image.valid(level_index);
+  const auto columns = static_cast<std::size_t>(shifts.width), rows = static_cast<std::size_t>(shifts.height);
+  if (columns * rows > scores_.size()) {
+    scores_.resize(columns * rows);
+    scores_buffer_ = device_.zeroed_buffer(scores_.size() * sizeof(float));
+  }
   const cl_int4 sampled{{valid.x, valid.y, valid.x + valid.width - 1, valid.y + valid.height - 1}};
   set_arguments(kernel_, planes.dx, planes.dy, static_cast<int>(level.elements), planes.usable, level.layout,
                 to_kernel(part), step, gradients_, static_cast<int>(level.elements), sampled,
                 cl_int2{{shifts.x, shifts.y}}, shifts.width, scores_buffer_);
-  const auto columns = static_cast<std::size_t>(shifts.width), rows = static_cast<std::size_t>(shifts.height);
   const std::size_t items = device_.strips ? (columns + 15) / 16 : columns;
   device_.queue.enqueueNDRangeKernel(kernel_, cl::NullRange, cl::NDRange(items, rows), cl::NDRange(1, 1));
   device_.queue.enqueueReadBuffer(scores_buffer_, CL_TRUE, 0, columns * rows * sizeof(float), scores_.data());

@@ -11,8 +11,7 @@ namespace holdfast {
 /// Finds by how many whole pixels of a level the view is displaced in the frame: a score a shift, the best wins.
 class ShiftSearch {
  public:
-  /// `most_shifts`: as many are scored at once at most.
-  ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels, std::size_t most_shifts);
+  ShiftSearch(const Device::Impl& device, const std::vector<Level>& levels);
 
   struct Result {
     double dx = 0, dy = 0;  ///< pixels of the level, refined between whole shifts

@@ -60,12 +60,6 @@ double coverage_at_margin() {
   return 0.5 * std::erfc(-(kSilhouetteMargin + 0.5) / (ImageFilter::kSigma * std::sqrt(2.0))) - 1e-3;
 }
 
-std::size_t most_shifts(const std::vector<Level>& levels, const Tuning& tuning) {
-  const auto side = static_cast<std::size_t>(2 * (tuning.search_radius + 1) + 1);
-  const Level& coarse = levels[std::min<std::size_t>(1, levels.size() - 1)];
-  return std::max(side * side, static_cast<std::size_t>(coarse.width) * static_cast<std::size_t>(coarse.height));
-}
-
 double gradient_share(const TextureTerms& terms) { return terms.sums.gradient / std::max(1.0, terms.sums.visible); }
 
 /// Little on an object that has a gradient is as likely shade, or what is in front of it.
@@ -99,7 +93,7 @@ Aligner::Aligner(const Device::Impl& device, const Mesh& mesh, const std::vector
       shape_(levels, extent, view),
       contour_(device, levels, extent, view, shape_, image),
       edges_(device, levels, extent, mesh, shape_, image),
-      shift_search_(device, levels, most_shifts(levels, tuning)) {}
+      shift_search_(device, levels) {}
 
 void Aligner::start_frame(const TrackingState& state, const MotionPrior& prior) {
   prior_ = prior;

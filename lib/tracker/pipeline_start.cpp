@@ -88,7 +88,7 @@ PixelMask Pipeline::pixel_mask() {
   const Camera& camera = image_.camera();
   PixelMask mask{camera.width, camera.height, {}};
   mask.classes.assign(static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height), 0);
-  if (last_by_contour_ || !last_.has_texture) {
+  if (last_by_contour_ || !last_.has_texture || !state_.textured) {
     if (last_.has_contour) aligner_.contour().classify(last_.T_camera_object, state_.finest, mask.classes);
     return mask;
   }
@@ -137,7 +137,8 @@ RenderedView Pipeline::rendered_view() {
 
 void Pipeline::set_texture(std::size_t material, const Texture& texture) {
   view_.renderer().set_texture(material, texture);
-  has_appearance_ = has_appearance_ || !texture.empty();
+  if (!state_.textured) state_.usual.likeness_frames = 0;  // the texture that was left is replaced
+  has_appearance_ = has_appearance_ || (tuning_.texture && !texture.empty());
   state_.textured = has_appearance_;
 }
 
