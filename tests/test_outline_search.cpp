@@ -90,7 +90,7 @@ struct Scene {
     return colors;
   }
 
-  /// Of the poses that a new search proposes in so many frames, that of nearest().
+  /// The least nearest() of the poses that a new search proposes in so many frames.
   double nearest_within(int frames, const Pose& T_last, const Pose& T_true, const ColorHistograms& colors,
                         bool all_sides) {
     search.end();
@@ -101,7 +101,7 @@ struct Scene {
     return least;
   }
 
-  /// Of the poses proposed, the least turn and distance from the truth, radians and object radii, added up.
+  /// The least turn and distance from the truth of the poses proposed, radians and object radii, added up.
   double nearest(const Pose& T_true, const std::vector<Pose>& poses) const {
     double least = 1e9;
     for (const Pose& T : poses) {

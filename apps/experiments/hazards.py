@@ -32,9 +32,10 @@ drawn by a ray caster that shares nothing with the tracker. The tracker starts f
 put back. *Wrong* counts frames that are held more than {mm} mm or {degrees} degrees off, or held where the object is
 another one or gone. It should be 0; where it is not, the tracker has that weakness. *Truly held* is the share of frames
 held and right, among those in which at least {seen:.0f} % of the silhouette is seen. It should be high, so that 0 wrong
-is not got by holding nothing. Turns that a shape without print does not show are no errors: any about a tube's axis, and those that map a cube or box onto itself,
-as long as the choice among them stays the same while the object is held. A jump is a cut to another moment of the same
-sequence; `SEQUENCES=FOLDER` adds jumps within recorded ones, `JUMPS=500` makes them more.
+is not got by holding nothing. Turns that a shape without print does not show are no errors: any about a tube's axis, and
+those that map a cube or box onto itself, as long as the choice among them stays the same while the object is held. A
+jump is a cut to another moment of the same sequence; `SEQUENCES=FOLDER` adds jumps within recorded ones, `JUMPS=500`
+makes them more.
 
 """
 

@@ -164,7 +164,7 @@ HOLDFAST_C_EXPORT const char* holdfast_version(void);
 HOLDFAST_C_EXPORT const char* holdfast_last_error(void);
 
 /** Reads a calibration of OpenCV, ROS or Kalibr, or a text "fx fy cx cy", for frames of this size (0, 0: the file's).
- *  That of a fisheye lens is refused (HOLDFAST_CAMERA): a holdfast_camera cannot say what lens its coefficients are of. */
+ *  That of a fisheye lens is refused (HOLDFAST_CAMERA): a holdfast_camera does not say what lens it is of. */
 HOLDFAST_C_EXPORT holdfast_code holdfast_camera_load(const char* path, int32_t width, int32_t height,
                                                      holdfast_camera* camera);
 

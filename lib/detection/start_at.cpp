@@ -69,7 +69,7 @@ void forget(Tracker& tracker, const std::vector<PoseCandidate>& candidates) {
     try {
       tracker.reset(candidate.T_camera_object);
       return;
-    } catch (const Error&) {  // it is out of the picture
+    } catch (const Error&) {  // it is behind the camera or out of the picture
     }
   }
 }
